@@ -25,14 +25,6 @@ class ExtraMissing(UnderstudyError, json_type="ExtraMissing"):
         super().__init__(f"{what} needs an extra that is not installed: {format_install_command(extra)}")
 
 
-def require_extra(module: str, *, what: str, extra: str) -> None:
-    """Raise ExtraMissing if the module of an optional dependency cannot be imported."""
-    try:
-        import_module(module)
-    except ImportError:
-        raise ExtraMissing(what=what, extra=extra) from None
-
-
 @cache
 def import_opencv() -> ModuleType:
     """Import OpenCV and limit it to one thread; raise ExtraMissing if it is not installed.

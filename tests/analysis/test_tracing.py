@@ -49,16 +49,16 @@ def after(ticks: int, *, agents: int = 1, follow: int = 0) -> tuple[TracedRun, t
 def test_both_levels_switch_in_the_first_tick() -> None:
     run, (taught, go) = after(1)
     assert [level.machine.state_name for level in (taught, go)] == ["go", "lap"]
-    assert taught.asked == taught.entry == TransitionQuery(0.0, 0, 1, (100.0,))
-    assert go.asked == go.entry == TransitionQuery(0.0, 0, 1, (100.0,))
+    assert taught.query == taught.entry == TransitionQuery(0.0, 0, 1, (100.0,))
+    assert go.query == go.entry == TransitionQuery(0.0, 0, 1, (100.0,))
     assert run.last_switches == {}, "there was no switch before it"
 
 
 def test_a_tick_later_nothing_switches() -> None:
     run, (taught, go) = after(2)
-    assert taught.asked == TransitionQuery(0.1, 1, 1, (99.0,))
+    assert taught.query == TransitionQuery(0.1, 1, 1, (99.0,))
     assert taught.entry == TransitionQuery(0.0, 0, 1, (100.0,))
-    assert go.asked is None, "its state has no transition function"
+    assert go.query is None, "its state has no transition function"
     machine, query = run.last_switches[0]
     assert (machine.automaton.name, query.time_s) == ("taught", 0.0), "what the switch of go followed from"
 
@@ -68,7 +68,7 @@ def test_what_was_started_again_has_no_way_there_yet() -> None:
     run, (taught, go) = after(6)
     assert (taught.machine.state_name, go.machine.state_name) == ("go", "start")
     assert taught.entry == TransitionQuery(0.4, 2, 1, (96.0,))
-    assert (go.entry, go.asked) == (None, TransitionQuery(0.5, 0, 0, (95.0,)))
+    assert (go.entry, go.query) == (None, TransitionQuery(0.5, 0, 0, (95.0,)))
     assert go.entered_s == 0.4
     assert run.last_switches[0][1].time_s == 0.4
 
@@ -76,7 +76,7 @@ def test_what_was_started_again_has_no_way_there_yet() -> None:
 def test_one_of_several() -> None:
     """The second robot is a meter farther: what it is asked is its own."""
     _, (taught, _) = after(2, agents=2, follow=1)
-    assert taught.asked == TransitionQuery(0.1, 1, 1, (100.0,))
+    assert taught.query == TransitionQuery(0.1, 1, 1, (100.0,))
 
 
 def test_the_last_switch_of_each_of_several() -> None:

@@ -14,9 +14,9 @@ from tests.make.transcripts import FOLDER
 from understudy import Episode, EpisodePress, make_team, read_episodes, read_lesson
 from understudy.errors import FileError
 from understudy.judging.run_trace import add_team_tick, describe_trace_columns, write_trace
+from understudy.model.features import format_reading_label
 from understudy.model.lesson import ExampleKind
 from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
-from understudy.records.message_types import format_reading_label
 from understudy.runtime.team.team import Team
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit

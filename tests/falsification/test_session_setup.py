@@ -179,7 +179,7 @@ def test_a_baseline_sets_the_limit_where_no_robot_idles(
     """The baseline drives all robots: three times its 10 s are no limit for one robot beside idle ones."""
 
     class Expert:
-        finished, seconds, limit_s = np.array([True]), np.array([10.0]), np.array([600.0])
+        spent_s = np.array([10.0])
 
     session = teach_robot()
     session.set_other_agents(doing)

@@ -16,7 +16,6 @@ from tests.ui.cli.forage_parts import goto
 from understudy.errors import DefinitionError, SessionError
 from understudy.judging.properties.lesson_tests import (
     find_regressions,
-    list_dependencies,
     list_dependents,
     run_lesson_test,
 )
@@ -30,7 +29,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, ReadingsView
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
-from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton, list_dependencies
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.model.value_kinds import Column, Continuous
@@ -83,6 +82,19 @@ def test_it_comes_or_it_does_not() -> None:
     assert run_moment_property(replace(promised, seconds=came.took_s), "fetch", library).was_met
     assert not run_moment_property(replace(promised, seconds=came.took_s - 0.1), "fetch", library).was_met
     assert not run_moment_property(promised, "fetch", library.with_automaton(TrainedAutomaton(SITS))).was_met
+
+
+def test_time_counts_from_the_moment() -> None:
+    """Some seconds later, the flag is raised that much sooner."""
+    made = make_taught_session()
+    library = LIBRARY.with_automaton(made.make_trained_automaton())
+    times = []
+    for _ in range(2):
+        promised = make_moment_property(made, flag="done", within_s=60.0)
+        times.append(run_moment_property(promised, "fetch", library).took_s or 0.0)
+        made.direct("goto")
+        made.run_for(3.0)
+    assert times[1] == pytest.approx(times[0] - 3.0, abs=0.2)
 
 
 def test_another_flag_is_not_what_was_promised() -> None:

@@ -7,8 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from understudy.addons.recordings.lattice import Lattice, find_states, make_plain_lattice
+from understudy.addons.recordings.lattice import Lattice, find_states
 from understudy.addons.recordings.posterior import compute_posteriors
+from understudy.addons.recordings.recorded_drive import Floats
+
+
+def make_plain_lattice(fit: Floats, *, price: float, shortest: int) -> Lattice:
+    """The lattice of labels that have one state each, from their fit [T, K]."""
+    every = np.arange(fit.shape[1])
+    return Lattice(fit, every, np.broadcast_to(every, fit.shape), None, price, shortest)
 
 
 def make_lattice(seed: int, *, states: bool, moves: bool) -> Lattice:

@@ -19,13 +19,13 @@ from understudy.learning.report import find_contradictions
 from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.binding import Binding
 from understudy.model.describe import name_examples
-from understudy.model.features import BoundFeature, Feature
+from understudy.model.features import BoundFeature
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Kit
 from understudy.model.tree import Tree
 from understudy.model.tree_regions import Box
 from understudy.model.value_kinds import Categorical
-from understudy.training.feature_values import compute_example_values
+from understudy.training.feature_values import compute_example_values, list_steady_kit_readings
 
 MOST_SLIPS = 3
 """The number of likely slips that are listed at once: a person who is asked about more stops reading."""
@@ -139,12 +139,8 @@ def advise_on_overruled_defaults(analysis: LessonAnalysis) -> Iterator[Advice]:
 
 def find_separating_feature(lesson: Lesson, group: Sequence[Example], kit: Kit) -> BoundFeature | None:
     """Find the feature of the kit, not in the lesson, that separates these examples most clearly; None if none does."""
-    steady = frozenset(
-        feature.reading or ""
-        for feature in kit.features.values()
-        if isinstance(feature, Feature) and isinstance(feature.kind, Categorical)
-    )
     answers, clear = [example.next for example in group], dict[BoundFeature, float]()
+    steady = list_steady_kit_readings(kit)
     for bound in _list_other_features(lesson, kit):
         other = replace(lesson, automaton=replace(lesson.automaton, features=(bound,)), examples=())
         with suppress(UnderstudyError, KeyError):  # it was not recorded then

@@ -7,7 +7,8 @@ print(stopped.sentence)
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -56,6 +57,16 @@ class FastForward:
         return SENTENCES[self.reason] if self.question is None else self.question.sentence
 
 
+@contextmanager
+def stop_watching(session: Session) -> Iterator[None]:
+    """Let nothing be learned from silence inside, because no person watches."""
+    watching, session.is_watching = session.is_watching, False
+    try:
+        yield
+    finally:
+        session.is_watching = watching
+
+
 def fast_forward(
     session: Session,
     *,
@@ -94,12 +105,9 @@ def fast_forward(
             "in training nothing happens without you: switch to live teaching or testing first"
         )
     asking = queries or UncertaintyQueries(session)
-    watching, session.is_watching = session.is_watching, False
     began = session.body.time_s
-    try:
+    with stop_watching(session):
         reason, question = _run(session, asking, until, began + limit_s)
-    finally:
-        session.is_watching = watching
     return FastForward(reason, session.body.time_s - began, question)
 
 

@@ -7,12 +7,12 @@ go_to_situation(session, found)
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from understudy.coaching.fast_forward import stop_watching
 from understudy.coaching.lesson_analysis import MetDecision
 from understudy.coaching.questions import Question, UncertaintyQueries
 from understudy.coaching.reasons_to_ask import UncertaintyModel
@@ -25,10 +25,9 @@ from understudy.coaching.repetition import (
 )
 from understudy.errors import SessionError
 from understudy.learning.fit import learn, learn_automaton
-from understudy.model.automaton import Transition
+from understudy.model.automaton import Automaton, Transition, query_next_state
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.model.tree import PathStep
 from understudy.runtime.body import SeededBody
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.link import IDLE_PROGRAM, link
@@ -169,13 +168,9 @@ def go_to_situation(session: Session, situation: NextSituation) -> None:
     situation
         The situation.
     """
-    watching, session.is_watching = session.is_watching, False
-    try:
+    with stop_watching(session):
         session.reset(situation.seed)
-        while session.body.time_s < situation.question.time_s - session.body.tick_s / 2:
-            session.tick()
-    finally:
-        session.is_watching = watching
+        session.run_for(max(0.0, situation.question.time_s - session.body.time_s))
 
 
 def _list_doubtful(
@@ -193,47 +188,11 @@ def _list_doubtful(
     return sorted(doubtful.values(), key=lambda pair: -pair[0])
 
 
-@dataclass(slots=True)
-class _Recorder:
-    """A transition function that notes the feature vectors for which it is asked, one for each agent in its state."""
-
-    learned: Transition
-    vectors: list[NDArray[np.float64]] = field(default_factory=list)
-
-    def decide(self, values: Sequence[float], /) -> int:
-        """Return the next state for a feature vector."""
-        return self.learned.decide(values)
-
-    def path(self, values: Sequence[float], /) -> tuple[tuple[PathStep, ...], int]:
-        """Return the tests passed for a feature vector, and the index of the leaf."""
-        return self.learned.path(values)
-
-    def decide_all(self, values: NDArray[np.float64], /) -> list[int]:
-        """Return the next state for each feature vector [n, F]."""
-        self.vectors.append(values)
-        return [self.learned.decide(row) for row in values.tolist()]
-
-
-@dataclass(frozen=True, slots=True)
-class FreshRun:
-    """A run of the automaton in fresh worlds, one for each seed.
-
-    Parameters
-    ----------
-    met
-        The decisions that it met, in the order of time.
-    world
-        The worlds at the end.
-    agents
-        The index of the agent that ran it in each world.
-    last_states
-        Its state at the end, in each world.
-    """
+class FreshRun(NamedTuple):
+    """A run of the automaton in fresh worlds: the decisions that it met, in the order of time, and the last of each."""
 
     met: list[MetDecision]
-    world: SeededBody
-    agents: list[int]
-    last_states: list[str]
+    last: list[MetDecision]
 
 
 def run_in_worlds(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: float) -> FreshRun:
@@ -241,40 +200,35 @@ def run_in_worlds(session: Session, lesson: Lesson, seeds: Sequence[int], durati
     if not isinstance(session.body, SeededBody):
         raise SessionError("only a robot of a simulated world can be placed where a press teaches most")
     world = session.body.with_seeds(seeds)
-    learned = learn_automaton(lesson)
-    recorders = {name: _Recorder(each) for name, each in learned.transitions.items()}
-    automaton = replace(learned, transitions=MappingProxyType(recorders))
+    automaton = learn_automaton(lesson)
     library = session.library.with_automaton(TrainedAutomaton(automaton))
     taught = link(library, automaton.name, session.view().targets)
     call = session.other_agents.behavior_call
     other = IDLE_PROGRAM if call.behavior is None else link(session.library, call.behavior, call.targets)
     robots = [taught if agent % world.robots == session.agent else other for agent in range(world.agents)]
     engine = Engine(world, robots)
-    mine = np.arange(session.agent, world.agents, world.robots)
-    met = list(_listed(engine, world, seeds, mine, recorders, round(duration_s / world.tick_s)))
-    last_states = [engine.levels(agent)[0].state for agent in mine.tolist()]
-    return FreshRun(met, world, mine.tolist(), last_states)
+    mine = range(session.agent, world.agents, world.robots)
+    met = list(_list_decisions(engine, automaton, seeds, mine, round(duration_s / world.tick_s)))
+    return FreshRun(met, _meet_decisions(engine, seeds, mine))
 
 
-def _listed(
-    engine: Engine,
-    world: SeededBody,
-    seeds: Sequence[int],
-    mine: NDArray[np.int64],
-    recorders: Mapping[str, _Recorder],
-    ticks: int,
+def _meet_decisions(engine: Engine, seeds: Sequence[int], mine: Sequence[int]) -> list[MetDecision]:
+    """Read what the agents of all worlds decide on now."""
+    now = float(engine.body.time_s)
+    decisions = zip(seeds, engine.read_decisions(mine), strict=True)
+    return [MetDecision(seed, now, place.state, values) for seed, (place, values) in decisions]
+
+
+def _list_decisions(
+    engine: Engine, automaton: Automaton, seeds: Sequence[int], mine: Sequence[int], ticks: int
 ) -> Iterator[MetDecision]:
-    every = max(1, round(EVERY_S / world.tick_s))
-    for tick in range(ticks):
-        now = float(world.time_s)
-        before = [engine.levels(agent)[0].state for agent in mine.tolist()] if tick % every == 0 else []
-        engine.tick()
-        for name, recorder in recorders.items():
-            if before and recorder.vectors:
-                places = [place for place, state in enumerate(before) if state == name]
-                for place, values in zip(places, recorder.vectors[0].tolist(), strict=True):
-                    yield MetDecision(seeds[place], now, name, tuple(values))
-            recorder.vectors.clear()
+    """Run ticks, and yield the decisions of the agents of all worlds, from time to time, by state."""
+    every = max(1, round(EVERY_S / engine.body.tick_s))
+    for tick in range(0, ticks, every):
+        decisions = _meet_decisions(engine, seeds, mine)
+        for name in automaton.transitions:
+            yield from (each for each in decisions if each.state == name)
+        engine.run(min(every, ticks - tick))
 
 
 def _thin(met: Sequence[MetDecision], most: int) -> Sequence[MetDecision]:
@@ -289,12 +243,11 @@ class _AnswerJudge:
         self, lesson: Lesson, transitions: Mapping[str, Transition], met: Sequence[MetDecision]
     ) -> None:
         self._lesson, self._met = lesson, met
-        self._decided = [self._decide(transitions, each) for each in met]
+        self._decided = self._decide_all(transitions)
 
-    def _decide(self, transitions: Mapping[str, Transition], each: MetDecision) -> str:
-        function = transitions.get(each.state)
-        outcome = -1 if function is None else function.decide(each.values)
-        return each.state if outcome < 0 else self._lesson.automaton.state_names[outcome]
+    def _decide_all(self, transitions: Mapping[str, Transition]) -> list[str]:
+        automaton = replace(self._lesson.automaton, transitions=transitions)
+        return [query_next_state(automaton, each.state, each.values) for each in self._met]
 
     def measure_change(self, each: MetDecision, answer: str) -> float:
         """Return the share of the decisions met that would be others after an answer."""
@@ -302,8 +255,5 @@ class _AnswerJudge:
         kind = ExampleKind.CONFIRMATION if answer == each.state else ExampleKind.DIRECTIVE
         example = Example(number, each.state, each.values, answer, kind)
         after = learn(replace(self._lesson, examples=(*self._lesson.examples, example)))
-        changed = sum(
-            self._decide(after, other) != decided
-            for other, decided in zip(self._met, self._decided, strict=True)
-        )
-        return changed / max(1, len(self._met))
+        pairs = zip(self._decide_all(after), self._decided, strict=True)
+        return sum(now != before for now, before in pairs) / max(1, len(self._met))

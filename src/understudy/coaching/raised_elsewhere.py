@@ -5,18 +5,14 @@ A raised flag ends what the robot does, so no later decision is in doubt, and no
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from understudy.coaching.next_situation import NextSituation, run_in_worlds
 from understudy.coaching.questions import Question, UncertaintyQueries
 from understudy.coaching.reasons_to_ask import DoubtReason, Uncertainty
-from understudy.learning.shown_ranges import ShownRange, find_shown_range
-from understudy.model.features import BoundFeature
-from understudy.model.value_kinds import Column
-from understudy.runtime.body import SeededBody
-from understudy.runtime.feature_columns import FeatureColumns
+from understudy.learning.shown_ranges import find_shown_range
 from understudy.training.session import Session
 
 DURATION_S = 60.0
@@ -47,7 +43,7 @@ def find_raised_elsewhere(
     SessionError
         If the robot is not one of a simulated world.
     """
-    lesson, targets = session.lesson, session.view().targets
+    lesson = session.lesson
     flags = [state for state in lesson.automaton.states if state.flag is not None]
     range_of = {state.name: find_shown_range(lesson, state.flag) for state in flags if state.flag is not None}
     ranges = {name: each for name, each in range_of.items() if each is not None}
@@ -55,11 +51,11 @@ def find_raised_elsewhere(
         return None
     run = run_in_worlds(session, lesson, seeds, DURATION_S)
     for row, seed in enumerate(seeds):
-        state = run.last_states[row]
+        state = run.last[row].state
         each = ranges.get(state)
         if each is None:
             continue
-        value = _read(each, run.world, targets)[run.agents[row]]
+        value = run.last[row].values[lesson.automaton.features.index(each.feature)]
         if each.contains(np.array([value]))[0]:
             continue
         before = [met for met in run.met if met.seed == seed]
@@ -72,12 +68,3 @@ def find_raised_elsewhere(
         question = Question(last.time_s, last.state, last.values, state, doubt, answers)
         return NextSituation(seed, question, 1 / len(seeds))
     return None
-
-
-def _read(flag_range: ShownRange, world: SeededBody, targets: Mapping[str, str]) -> Column:
-    """Read the values of a feature of all agents."""
-    bound = flag_range.feature
-    feature = BoundFeature(bound.feature, bound.binding.substitute(targets))
-    columns = FeatureColumns([feature], world)
-    column: Column = columns.columns(world.sense(columns.keys))[0]
-    return column

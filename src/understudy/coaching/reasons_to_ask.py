@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.coaching.lesson_analysis import FAR, LessonAnalysis, StateAnalysis
 from understudy.coaching.situation_text import describe_situation
-from understudy.model.automaton import Transition
+from understudy.model.automaton import Transition, name_next_state
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree
 
@@ -93,8 +93,9 @@ class UncertaintyModel:
     def decide(self, state: str, values: Sequence[float]) -> str:
         """Return the next state that is decided for in a state; its own if nothing was shown in it."""
         here = None if state in self._flags else self._analysis.find_state(state)
-        outcome = STAY if here is None else here.transition.decide(values)
-        return state if outcome == STAY else self._automaton.state_names[outcome]
+        if here is None:
+            return state
+        return name_next_state(self._automaton, state, here.transition.decide(values))
 
     def rank_answers(self, state: str, values: Sequence[float]) -> tuple[str, ...]:
         """List all states: that of the decision, those of the nearest examples, the present one, then the others."""

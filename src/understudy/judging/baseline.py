@@ -76,11 +76,11 @@ def find_baseline(scenario: Scenario) -> Baseline | None:
         function = load_object(name, BASELINES, where="baseline", remedy=REMEDY)
         if not callable(function):
             raise _refuse(name, f"is a {type(function).__name__}")
-        found = function(scenario)
-        if isinstance(found, Baseline):
-            return found
-        if found is not None:
-            raise _refuse(name, f"returned a {type(found).__name__}")
+        baseline = function(scenario)
+        if isinstance(baseline, Baseline):
+            return baseline
+        if baseline is not None:
+            raise _refuse(name, f"returned a {type(baseline).__name__}")
     return None
 
 

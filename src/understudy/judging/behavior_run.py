@@ -44,8 +44,8 @@ class RunReading:
         column = self.reading.read(self.sense()).reshape(self.worlds, -1)
         if self.chosen is None:
             return column
-        found: Column = column[:, self.chosen]
-        return found
+        chosen: Column = column[:, self.chosen]
+        return chosen
 
 
 class BehaviorRun(ABC):
@@ -223,12 +223,13 @@ class ProgramRun(BehaviorRun):
 
     def find_raised_s(self, flag: str) -> NDArray[np.float64]:
         """Return when each of the n agents of each world that run it raised a flag [B, n], s; NaN where one has not."""
-        return find_raised_times(self.engine, flag, worlds=self.worlds)[:, self._chosen]
+        times = find_raised_times(self.engine, flag, worlds=self.worlds, began_s=self._began_s)
+        return times[:, self._chosen]
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading by its name."""
-        found = find_reading(text, self._library, self.body, binding=self._binding, where="the body")
-        return RunReading(found, lambda: self.body.sense(found.keys), self.worlds, self._chosen)
+        reading = find_reading(text, self._library, self.body, binding=self._binding, where="the body")
+        return RunReading(reading, lambda: self.body.sense(reading.keys), self.worlds, self._chosen)
 
 
 class TeamRun(BehaviorRun):
@@ -268,28 +269,28 @@ class TeamRun(BehaviorRun):
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading of those who run the behavior, or else of a type of robots."""
-        known: list[str] = []
+        names: list[str] = []
         for sort in dict.fromkeys((*self._roots, *self._team.tree.types)):
             layer = self._team.layer(sort)
             binding = dict(self._roots[sort][1]) if sort in self._roots else {}
             try:
-                found = find_reading(
+                reading = find_reading(
                     text, self._libraries[sort], layer.body, binding=binding, where="the team"
                 )
             except UnknownName as error:
                 if error.what == "target":
                     raise
-                known += error.known
+                names += error.known
                 continue
-            self._team.sense_also(sort, found.keys)
+            self._team.sense_also(sort, reading.keys)
             if sort in self._team.tree.types:
                 chosen = select_type(self._team, sort)
             else:
                 chosen = mark_agent(self._agent, layer.body.agents // self.worlds)
-            return RunReading(found, partial(self._sense, layer), self.worlds, chosen)
+            return RunReading(reading, partial(self._sense, layer), self.worlds, chosen)
         name = text.partition("(")[0].strip()
-        known = list(dict.fromkeys(known))
-        raise UnknownName(what="feature or reading", name=name, where="the team", known=known)
+        names = list(dict.fromkeys(names))
+        raise UnknownName(what="feature or reading", name=name, where="the team", known=names)
 
     def _sense(self, layer: AgentLayer) -> Percept:
         self._team.sense()
@@ -313,19 +314,19 @@ def select_type(team: Team, sort: str) -> NDArray[np.bool_]:
 
 def find_raised_members(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
     """Return which of the n agents of these sorts in each world have raised a flag [B, n]."""
-    found = [np.empty((worlds, 0), np.bool_)]
+    columns = [np.empty((worlds, 0), np.bool_)]
     for sort in sorts:
         raised = team.find_raised(sort, [flag]).reshape(worlds, -1)
         # robots of all types are in one layer
-        found.append(raised[:, select_type(team, sort)] if sort in team.tree.types else raised)
-    return np.concatenate(found, axis=1)
+        columns.append(raised[:, select_type(team, sort)] if sort in team.tree.types else raised)
+    return np.concatenate(columns, axis=1)
 
 
-def find_raised_times(engine: Engine, flag: str, *, worlds: int) -> NDArray[np.float64]:
-    """Compute when each of the n agents of each world raised a flag [B, n], in s; NaN where one has not.
+def find_raised_times(engine: Engine, flag: str, *, worlds: int, began_s: float = 0.0) -> NDArray[np.float64]:
+    """Compute when each of the n agents of each world raised a flag [B, n], s since the run began; NaN where none has.
 
     An agent stays in the state that raises the flag, so the time at which it entered that state can be read later.
     """
     tick_s = engine.body.tick_s
-    ticks = np.where(engine.find_raised(flag), np.rint(engine.stacks.entered[:, 0] / tick_s) + 1, np.nan)
-    return tick_s * ticks.reshape(worlds, -1)
+    entered = np.rint(engine.stacks.entered[:, 0] / tick_s) - round(began_s / tick_s)
+    return tick_s * np.where(engine.find_raised(flag), entered + 1, np.nan).reshape(worlds, -1)

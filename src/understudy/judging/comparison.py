@@ -248,8 +248,8 @@ def _check_pairs(first: Evaluation, second: Evaluation) -> None:
 
 
 def _compare_metric(first: Column, second: Column) -> MetricComparison:
-    known = ~np.isnan(first) & ~np.isnan(second)
-    one, other = first[known].astype(np.float64), second[known].astype(np.float64)
+    present = ~np.isnan(first) & ~np.isnan(second)
+    one, other = first[present].astype(np.float64), second[present].astype(np.float64)
     differences = other - one
     return MetricComparison(
         find_median(one).median,

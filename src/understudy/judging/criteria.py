@@ -79,8 +79,8 @@ class Criteria:
     @property
     def are_names(self) -> bool:
         """Whether there are only names, no functions, so that worlds can run side by side."""
-        given = [*([] if self.goal is None else [self.goal]), *self.metrics.values()]
-        return not self.record and all(isinstance(each, str | SuccessRule) for each in given)
+        judged = [*([] if self.goal is None else [self.goal]), *self.metrics.values()]
+        return not self.record and all(isinstance(each, str | SuccessRule) for each in judged)
 
     @property
     def flag(self) -> str | None:
@@ -164,8 +164,10 @@ def judge_runs(
             (row, describe_problem(seeds[row], name, str(why)))
             for row in np.flatnonzero(np.isnan(metrics[name])).tolist()
         ]
-    said = tuple(text for _, text in sorted(problems, key=lambda each: each[0]))
-    return JudgedRuns(outcomes, metrics, said, None if reader is None else reader.finish(outcomes.finished))
+    sentences = tuple(text for _, text in sorted(problems, key=lambda each: each[0]))
+    return JudgedRuns(
+        outcomes, metrics, sentences, None if reader is None else reader.finish(outcomes.finished)
+    )
 
 
 class _EndValues(Monitor):
@@ -225,18 +227,18 @@ def find_goal(run: BehaviorRun, goal: str, flags: frozenset[str]) -> Callable[[]
     if goal in flags:
         return partial(run.find_raised, goal)
     try:
-        found = run.find_reading(goal)
+        reading = run.find_reading(goal)
     except UnknownName as error:
         if error.what == "target":
             raise
-        known = [*sorted(flags), *error.known]
+        names = [*sorted(flags), *error.known]
         raise UnknownName(
-            what="flag, feature or reading", name=error.name, where=error.where, known=known
+            what="flag, feature or reading", name=error.name, where=error.where, known=names
         ) from None
-    check_yes_or_no(found.reading, where="evaluation")
+    check_yes_or_no(reading.reading, where="evaluation")
 
     def is_reached() -> NDArray[np.bool_]:
-        reached: NDArray[np.bool_] = (found.read() == YES).all(axis=1)
+        reached: NDArray[np.bool_] = (reading.read() == YES).all(axis=1)
         return reached
 
     return is_reached

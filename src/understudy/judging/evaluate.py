@@ -141,10 +141,10 @@ def make_evaluation_task(
     limit_s: float | None = None,
 ) -> EvaluationTask:
     """Make the task of an evaluation; refuse invalid arguments before anything runs."""
-    libraries, sort, behavior, found = find_runners(library, behavior, world)
-    link(found, behavior, binding)
-    flags = find_flags(found, behavior)
-    judged = find_success_flag(found, behavior) if goal is None else goal
+    libraries, sort, behavior, own = find_runners(library, behavior, world)
+    link(own, behavior, binding)
+    flags = find_flags(own, behavior)
+    judged = find_success_flag(own, behavior) if goal is None else goal
     if judged is None and not (isinstance(world, Scenario) and world.goal is not None):
         raise _no_goal(world)
     if limit_s is None and not isinstance(world, Scenario):
@@ -156,7 +156,7 @@ def make_evaluation_task(
         if name in RESULTS:
             raise _wrong(f"metric {name!r}", "has the name of another result", "give it another name")
     criteria = Criteria(judged, flags, measured, _read_names(record, "record"))
-    criteria = replace(criteria, shown=find_shown_goal(found, behavior, criteria.flag))
+    criteria = replace(criteria, shown=find_shown_goal(own, behavior, criteria.flag))
     return EvaluationTask(libraries, sort, behavior, world, dict(binding), criteria, limit_s)
 
 
@@ -169,22 +169,22 @@ def find_runners(
     if not isinstance(world, Scenario):
         raise _wrong("library", "is that of a team", "a body of your own takes one library")
     sort = find_behavior_sort(libraries, behavior)
-    behavior, found = behavior.removeprefix(f"{sort}/"), libraries[sort]
+    behavior, own = behavior.removeprefix(f"{sort}/"), libraries[sort]
     sorts = list_running_sorts(libraries, sort, behavior)
-    if set(sorts) == set(world.types) and all(libraries[each] is found for each in sorts):
-        return found, None, behavior, found
-    return dict(libraries), sort, behavior, found
+    if set(sorts) == set(world.types) and all(libraries[each] is own for each in sorts):
+        return own, None, behavior, own
+    return dict(libraries), sort, behavior, own
 
 
-def _read_names(given: object, setting: str) -> dict[str, Metric]:
-    if isinstance(given, str) or not isinstance(given, Mapping | Sequence):
-        raise _wrong(setting, f"are {given!r:.60}", 'give names and what they mean: {"food": "food_stored"}')
-    found: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {name: name for name in given}
-    for name, value in found.items():
+def _read_names(names: object, setting: str) -> dict[str, Metric]:
+    if isinstance(names, str) or not isinstance(names, Mapping | Sequence):
+        raise _wrong(setting, f"are {names!r:.60}", 'give names and what they mean: {"food": "food_stored"}')
+    meanings: dict[str, Any] = dict(names) if isinstance(names, Mapping) else {name: name for name in names}
+    for name, value in meanings.items():
         if not (isinstance(value, str) or callable(value)):
             remedy = "give the name of a reading, or a function of the run"
             raise _wrong(f"{setting} {name!r:.60}", f"is {value!r:.60}", remedy)
-    return found
+    return meanings
 
 
 def _read_jobs(jobs: object) -> int:
@@ -222,8 +222,8 @@ def _read_seeds(seeds: Sequence[int]) -> list[int]:
 
 def find_flags(library: Library, behavior: str) -> frozenset[str]:
     """Return the flags that a behavior can raise."""
-    found = library.taught.get(behavior)
-    return frozenset() if found is None else frozenset(found.automaton.flags)
+    taught = library.taught.get(behavior)
+    return frozenset() if taught is None else frozenset(taught.automaton.flags)
 
 
 def find_success_flag(library: Library, behavior: str) -> str | None:

@@ -111,17 +111,17 @@ class Evaluation:
         They are `seed`, `success`, `seconds` (s, NaN if the world did not finish) and `limit_s` (s); in scenarios also
         `delivered` and `gathered`; where there is a baseline also `expert_seconds` (s) and `relative`.
         """
-        found: dict[str, NDArray[Any]] = {
+        columns: dict[str, NDArray[Any]] = {
             "seed": np.array(self.seeds, np.int64),
             "success": self.taught.finished,
             "seconds": self.taught.seconds,
             "limit_s": self.taught.limit_s,
         }
         if self.simulated:
-            found |= {"delivered": self.taught.delivered, "gathered": self.taught.gathered}
+            columns |= {"delivered": self.taught.delivered, "gathered": self.taught.gathered}
         if self.expert is not None:
-            found |= {"expert_seconds": self.expert.seconds, "relative": self.relative}
-        return found | dict(self.metrics)
+            columns |= {"expert_seconds": self.expert.seconds, "relative": self.relative}
+        return columns | dict(self.metrics)
 
     @property
     def relative(self) -> Column:
@@ -139,8 +139,8 @@ class Evaluation:
     @property
     def relative_to_expert(self) -> float:
         """The median of `relative` over the worlds in which it is not NaN; NaN if it is NaN in all."""
-        known = self.relative[~np.isnan(self.relative)]
-        return float(np.median(known)) if len(known) else float("nan")
+        present = self.relative[~np.isnan(self.relative)]
+        return float(np.median(present)) if len(present) else float("nan")
 
     @property
     def medians(self) -> dict[str, MedianEstimate]:
@@ -148,13 +148,13 @@ class Evaluation:
 
         `seconds` counts the worlds that finished. `delivered` and `gathered` are there if they are not 0 everywhere.
         """
-        found = {"seconds": find_median(self.taught.seconds)}
+        medians = {"seconds": find_median(self.taught.seconds)}
         if self.expert is not None:
-            found |= {"relative": find_median(self.relative)}
+            medians |= {"relative": find_median(self.relative)}
         for name, counts in (("delivered", self.taught.delivered), ("gathered", self.taught.gathered)):
             if counts.any():
-                found[name] = find_median(counts.astype(np.float64))
-        return found | {name: find_median(column) for name, column in self.metrics.items()}
+                medians[name] = find_median(counts.astype(np.float64))
+        return medians | {name: find_median(column) for name, column in self.metrics.items()}
 
     def describe(self) -> str:
         """Return in words what was evaluated, when a world counted as a success, and where the flag was raised.
@@ -242,5 +242,5 @@ def join_evaluations(parts: Sequence[Evaluation]) -> Evaluation:
 
 
 def _join_raised(parts: Sequence[Evaluation]) -> RaisedRange | None:
-    known = [part.raised for part in parts if part.raised is not None]
-    return RaisedRange.concatenate(known) if known else None
+    ranges = [part.raised for part in parts if part.raised is not None]
+    return RaisedRange.concatenate(ranges) if ranges else None

@@ -116,19 +116,19 @@ def _collect(
     parts: Sequence[EvaluationJob], completed: Iterable[tuple[int, Job]], worlds: int, progress: Progress
 ) -> Evaluation:
     """Wait for all jobs and join their results; raise the error of the first that failed."""
-    found: dict[int, Evaluation] = {}
+    results: dict[int, Evaluation] = {}
     errors: dict[int, Exception] = {}
     through = 0
     for number, job in completed:
         try:
-            found[number] = job.result()
+            results[number] = job.result()
         except Exception as error:  # the executor's, or that of the job
             errors[number] = error
             if isinstance(error, EvaluationFailed) and error.part is not None:
-                found[number] = error.part
+                results[number] = error.part
         through += len(parts[number].seeds)
         progress(through, worlds)
-    done = [found[number] for number in sorted(found)]
+    done = [results[number] for number in sorted(results)]
     if not errors:
         return join_evaluations(done)
     number = min(errors)
@@ -164,26 +164,26 @@ def _describe(error: Exception, seeds: Sequence[int]) -> str:
             f"{which}: its process ended; a program that starts processes runs its main part under "
             'if __name__ == "__main__":'
         )
-    said = str(error) if isinstance(error, UnderstudyError) else format_exception(error, last=LAST_LINES)
-    return f"{which}: {said}"
+    problem = str(error) if isinstance(error, UnderstudyError) else format_exception(error, last=LAST_LINES)
+    return f"{which}: {problem}"
 
 
 def check_pickling(task: EvaluationTask) -> None:
     """Refuse, with SettingError, a function or library that cannot be sent to another process."""
-    given: dict[str, Any] = {"library": task.libraries}
+    parts: dict[str, Any] = {"library": task.libraries}
     if not isinstance(task.world, Scenario):
-        given["world"] = task.world
+        parts["world"] = task.world
     functions = {"goal": task.criteria.goal}
     functions |= {f"metric {name!r}": value for name, value in task.criteria.metrics.items()}
     functions |= {f"record {name!r}": value for name, value in task.criteria.record.items()}
-    for setting, value in (given | functions).items():
+    for setting, value in (parts | functions).items():
         try:
             ForkingPickler.dumps(value)
         except Exception as error:
-            shown = f"{name_value(value)} " if callable(value) else ""
+            called = f"{name_value(value)} " if callable(value) else ""
             raise SettingError(
                 where="evaluation",
                 setting=setting,
-                problem=f"{shown}cannot be sent to another process ({format_exception(error)})",
+                problem=f"{called}cannot be sent to another process ({format_exception(error)})",
                 remedy="define functions at the top level of a module, or leave out jobs=",
             ) from error

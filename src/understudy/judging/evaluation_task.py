@@ -35,8 +35,8 @@ class EvaluationFailed(UnderstudyError, json_type="EvaluationFailed"):
 
     def __init__(self, *, problem: str, part: Evaluation | None = None) -> None:
         self.problem, self.part = problem, part
-        kept = "" if part is None else f"; `part` of this error has the results of {len(part.seeds)} worlds"
-        super().__init__(f"{problem}{kept}")
+        rest = "" if part is None else f"; `part` of this error has the results of {len(part.seeds)} worlds"
+        super().__init__(f"{problem}{rest}")
 
 
 class _WorldFailed(Exception):
@@ -123,9 +123,9 @@ class EvaluationTask:
             if isinstance(error, UnderstudyError) and not done:
                 raise error from None
             which = f"the world of seed {failed.seed}"
-            said = str(error) if isinstance(error, UnderstudyError) else format_exception(error)
+            problem = str(error) if isinstance(error, UnderstudyError) else format_exception(error)
             raise EvaluationFailed(
-                problem=said if which in said else f"{which} ended with {said}",
+                problem=problem if which in problem else f"{which} ended with {problem}",
                 part=join_evaluations(done) if done else None,
             ) from error
         return join_evaluations(done)
@@ -147,7 +147,7 @@ class EvaluationTask:
             expert = self._measure_baseline(self.world, batch, report)
             limits: float | Column = self._get_limit()
             if expert is not None and self.limit_s is None:
-                limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
+                limits = LENIENCE * expert.spent_s
             if self.criteria.are_names:
                 run = self.make_run(self.world, batch)
                 part = judge_runs(run, batch, self.criteria, limits, progress=report)

@@ -27,6 +27,7 @@ from understudy.learning.explain import Explanation, explain
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.records.message_types import detect_state_change
+from understudy.runtime.interpreter import RunningAutomaton
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
@@ -144,11 +145,11 @@ def find_latest_switch(rerun: TracedRerun, robot: int) -> DecisionReason | None:
         for post in rerun.list_chain(robot)
     ]
     switches = [(machine, query, taught) for last, taught in lasts if last for machine, query in [last]]
-    found = max(switches, key=lambda each: each[1].time_s, default=None)
-    if found is None:
+    latest = max(switches, key=lambda each: each[1].time_s, default=None)
+    if latest is None:
         return None
-    machine, query, taught = found
-    return explain_query(str(machine.instance), query, taught[machine.automaton.name])
+    machine, query, taught = latest
+    return explain_answer(machine, query, taught)
 
 
 def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
@@ -177,16 +178,21 @@ def _explain_agent(post: AgentRef, taught: Mapping[str, TrainedAutomaton]) -> Ag
 
 def _level(stood: ActiveAutomaton, taught: Mapping[str, TrainedAutomaton]) -> LevelExplanation:
     machine = stood.machine
-    automaton, name = machine.automaton, str(machine.instance)
-    known = taught[automaton.name]
     return LevelExplanation(
-        name,
+        str(machine.instance),
         machine.state_name,
         stood.entered_s,
-        None if stood.asked is None else explain_query(name, stood.asked, known),
-        None if stood.entry is None else explain_query(name, stood.entry, known),
-        automaton.states[machine.state].flag,
+        None if stood.query is None else explain_answer(machine, stood.query, taught),
+        None if stood.entry is None else explain_answer(machine, stood.entry, taught),
+        machine.automaton.states[machine.state].flag,
     )
+
+
+def explain_answer(
+    machine: RunningAutomaton, query: TransitionQuery, taught: Mapping[str, TrainedAutomaton]
+) -> DecisionReason:
+    """Explain the answer to a query of a running automaton, which is one of those that were taught."""
+    return explain_query(str(machine.instance), query, taught[machine.automaton.name])
 
 
 def explain_query(name: str, query: TransitionQuery, taught: TrainedAutomaton) -> DecisionReason:
@@ -197,9 +203,11 @@ def explain_query(name: str, query: TransitionQuery, taught: TrainedAutomaton) -
     automaton = taught.automaton
     state = automaton.states[query.before].name
     lesson = taught.lesson or Lesson(replace(automaton, transitions={}))
-    found = explain(lesson, state, query.values, automaton.transitions.get(state))
+    explanation = explain(lesson, state, query.values, automaton.transitions.get(state))
     values = {str(bound): value for bound, value in zip(automaton.features, query.values, strict=True)}
-    return DecisionReason(query.time_s, name, found, values, _moments(lesson, found.examples), taught)
+    return DecisionReason(
+        query.time_s, name, explanation, values, _moments(lesson, explanation.examples), taught
+    )
 
 
 def _moments(lesson: Lesson, examples: tuple[Example, ...]) -> dict[int, float]:
@@ -245,7 +253,7 @@ def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
     """Rerun all ticks of a recording and compare the states of each agent with the recorded ones."""
     recording = rerun.recording
     differing: dict[int, DecisionDiff] = {}
-    found: list[DecisionDiff] = []
+    over: list[DecisionDiff] = []
     same = 0
     while not rerun.is_over:
         tick, time_s = rerun.tick_count, float(recording.times[rerun.tick_count])
@@ -256,14 +264,14 @@ def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
             if now == recorded:
                 same += 1
                 if before is not None:
-                    found.append(differing.pop(agent))
+                    over.append(differing.pop(agent))
             elif before is None:
                 why = _decision(rerun, agent, recorded, now)
                 differing[agent] = DecisionDiff(agent, time_s, time_s, 1, recorded, now, why)
             else:
                 differing[agent] = replace(before, until_s=time_s, ticks=before.ticks + 1)
-    found = sorted((*found, *differing.values()), key=lambda each: (each.from_s, each.agent))
-    return ReplayDiff(recording.ticks * len(recording.paths), same, found)
+    over = sorted((*over, *differing.values()), key=lambda each: (each.from_s, each.agent))
+    return ReplayDiff(recording.ticks * len(recording.paths), same, over)
 
 
 def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation:
@@ -301,12 +309,9 @@ def _decided(rerun: Rerun, post: AgentRef, level: int | None) -> DecisionReason 
     """
     stood = find_traced_run(post).list_active(post.agent)
     if level is None:
-        switching = (at for at, each in enumerate(stood) if each.asked is not None and each.asked.is_switch)
+        switching = (at for at, each in enumerate(stood) if each.query is not None and each.query.is_switch)
         level = next(switching, len(stood) - 1)
     if not 0 <= level < len(stood):
         return None
-    query, machine = stood[level].asked, stood[level].machine
-    taught = rerun.libraries[post.sort].taught
-    return (
-        None if query is None else explain_query(str(machine.instance), query, taught[machine.automaton.name])
-    )
+    query, machine = stood[level].query, stood[level].machine
+    return None if query is None else explain_answer(machine, query, rerun.libraries[post.sort].taught)

@@ -17,10 +17,9 @@ from understudy.judging.explain_run import (
 )
 from understudy.judging.rerun import Rerun
 from understudy.model.binding import Binding
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.squad import Assignment
 from understudy.records.header import SCENARIO, format_part
-from understudy.records.message_types import format_reading_label
 from understudy.records.reader import RecordedDuty, Recording
 from understudy.records.team_reader import LoggedOrders, TeamRecording
 from understudy.runtime.agents.messages import OrderId, compute_layout, list_reported_readings
@@ -160,22 +159,22 @@ def explain_team_moment(
     """
     at_ns = team.clock.start_ns + round(time_s * 1e9)
     part = _find_part(team, agent, at_ns)
-    found = list[AgentMoment]()
+    moments = list[AgentMoment]()
     while True:
         recording = team.read_part(part)
         tick = _find_tick(team, recording, agent, at_ns)
         moment, order = _explain(team, part, recording, tick, load)
         if order is None:
-            return [*found, moment]
-        given = list_first_messages(team, order.squad, order.order)
-        if not given:
-            return [*found, replace(moment, missing="no message of who decided on it is in this file")]
-        decided = next((each for each in given if each.is_sent), None)
-        above = format_part(order.squad, given[0].orders.leader)
+            return [*moments, moment]
+        messages = list_first_messages(team, order.squad, order.order)
+        if not messages:
+            return [*moments, replace(moment, missing="no message of who decided on it is in this file")]
+        decided = next((each for each in messages if each.is_sent), None)
+        above = format_part(order.squad, messages[0].orders.leader)
         if decided is None or above not in team.parts:
-            who = given[0].orders.leader
-            return [*found, replace(moment, missing=f"the recording of {who} is not in this file")]
-        found.append(moment)
+            who = messages[0].orders.leader
+            return [*moments, replace(moment, missing=f"the recording of {who} is not in this file")]
+        moments.append(moment)
         part, agent, at_ns = above, order.squad, _find_deciding_tick(team.read_part(above), decided)
 
 
@@ -187,8 +186,8 @@ def _find_part(team: TeamRecording, agent: str, at_ns: int) -> str:
     sent = [each for each in team.orders if each.is_sent and each.orders.squad == agent]
     before = [each for each in sent if each.logged_ns <= at_ns + NEAR_NS]
     if not led or not sent:
-        known = dict.fromkeys(part.rpartition("/")[0] or part for part in team.parts)
-        raise UnknownName(what="agent", name=agent, where=str(team.path), known=list(known))
+        names = dict.fromkeys(part.rpartition("/")[0] or part for part in team.parts)
+        raise UnknownName(what="agent", name=agent, where=str(team.path), known=list(names))
     return format_part(agent, (before or sent[:1])[-1].agent)
 
 
@@ -296,7 +295,7 @@ def _find_reports(
     members = dict.fromkeys(
         name for each in team.orders if each.orders.squad == squad for name in each.orders.duties
     )
-    found: dict[str, ReportSummary] = {}
+    reports: dict[str, ReportSummary] = {}
     for each in team.reports:
         if each.agent != host or each.logged_ns > at_ns or each.report.member not in members:
             continue
@@ -304,7 +303,7 @@ def _find_reports(
         unfit = report.unfit or ("is silent" if age_s > SILENT_S else "")
         named = zip(map(format_reading_label, keys), report.readings, strict=False)
         readings = {name: value for name, value in named if not isnan(value)}
-        found[report.member] = ReportSummary(
+        reports[report.member] = ReportSummary(
             report.member,
             report.flag,
             report.order,
@@ -313,9 +312,9 @@ def _find_reports(
             readings if report.layout == compute_layout(keys) else {},
         )
     never = [
-        ReportSummary(name, None, None, "was never heard", None) for name in members if name not in found
+        ReportSummary(name, None, None, "was never heard", None) for name in members if name not in reports
     ]
-    return [*(found[name] for name in members if name in found), *never]
+    return [*(reports[name] for name in members if name in reports), *never]
 
 
 def _shift(explained: AgentExplanation, by_s: float, duty: str) -> AgentExplanation:

@@ -215,13 +215,13 @@ class AgentData:
     levels: Sequence[DecisionLevelData]
 
     @classmethod
-    def from_agent(cls, asked: AgentExplanation) -> AgentData:
+    def from_agent(cls, agent: AgentExplanation) -> AgentData:
         """Convert an agent to data."""
         return cls(
-            asked.sort,
-            asked.agent,
-            asked.ordered,
-            [DecisionLevelData.from_level(each) for each in asked.levels],
+            agent.sort,
+            agent.agent,
+            agent.ordered,
+            [DecisionLevelData.from_level(each) for each in agent.levels],
         )
 
 

@@ -62,13 +62,13 @@ def find_median(values: Column, *, level: float = LEVEL) -> MedianEstimate:
     The interval contains the median of the distribution that the values were drawn from in at least `level` of all
     cases, for every distribution. From fewer than six values there is no such interval of 95 %.
     """
-    known = np.sort(values[~np.isnan(values)])
-    n = len(known)
+    present = np.sort(values[~np.isnan(values)])
+    n = len(present)
     if n == 0:
         return MedianEstimate(nan, -inf, inf, 0)
     below = count_outer_values(n, level)
-    low, high = (float(known[below - 1]), float(known[n - below])) if below else (-inf, inf)
-    return MedianEstimate(float(np.median(known)), low, high, n)
+    low, high = (float(present[below - 1]), float(present[n - below])) if below else (-inf, inf)
+    return MedianEstimate(float(np.median(present)), low, high, n)
 
 
 def count_outer_values(n: int, level: float = LEVEL) -> int:
@@ -118,7 +118,7 @@ TINY, CLOSE = 1e-300, 3e-15
 def _beta_fraction(x: float, a: float, b: float) -> float:
     """Evaluate the continued fraction of the incomplete beta function (Abramowitz and Stegun 26.5.8) as Lentz does."""
     c, d = 1.0, 1 / _apart_from_zero(1 - (a + b) * x / (a + 1))
-    found, m = d, 0
+    fraction, m = d, 0
     while True:
         m += 1
         for numerator in (
@@ -127,9 +127,9 @@ def _beta_fraction(x: float, a: float, b: float) -> float:
         ):
             d = 1 / _apart_from_zero(1 + numerator * d)
             c = _apart_from_zero(1 + numerator / c)
-            found *= c * d
+            fraction *= c * d
         if abs(c * d - 1) < CLOSE:
-            return found
+            return fraction
 
 
 def _apart_from_zero(value: float) -> float:

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from understudy.errors import UnderstudyError
 from understudy.learning.report import find_overruled
 from understudy.learning.training_set import group_by_feature_vector, select_teaching_examples
-from understudy.model.automaton import Automaton
+from understudy.model.automaton import Automaton, query_next_state
 from understudy.model.features import BoundFeature, FlagFeature, TimeInState, TimerFeature
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.model.tree import STAY
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_own_value
 
@@ -115,7 +114,7 @@ def _tested(lesson: Lesson) -> Iterator[Example]:
     An automatic default is skipped in a stateless lesson, and if a directive or confirmation has the same state and
     feature vector.
     """
-    said = {
+    decided = {
         (example.state, key)
         for example in select_teaching_examples(lesson)
         if example.is_shown
@@ -125,7 +124,7 @@ def _tested(lesson: Lesson) -> Iterator[Example]:
         (key,) = group_by_feature_vector([example])
         default = example.kind is ExampleKind.DEFAULT
         if example.is_from_press and not (
-            default and (lesson.automaton.stateless or (example.state, key) in said)
+            default and (lesson.automaton.stateless or (example.state, key) in decided)
         ):
             yield example
 
@@ -138,8 +137,7 @@ def _decided(
     formerly = None if former is None else _formerly(example, taught, former.automaton)
     if now == example.next and formerly in (None, now):
         return None
-    shown = example.next
-    return ReplayedPress(example.number, example.kind.value, example.state, shown, now, formerly)
+    return ReplayedPress(example.number, example.kind.value, example.state, example.next, now, formerly)
 
 
 def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> str | None:
@@ -158,23 +156,16 @@ def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> 
     return None if vector is None else query_next_state(former, example.state, vector[0])
 
 
-def query_next_state(automaton: Automaton, state: str, values: Sequence[float]) -> str:
-    """Return the next state that an automaton chooses in a state for a feature vector."""
-    function = automaton.transitions.get(state)
-    outcome = STAY if function is None else function.decide(values)
-    return state if outcome == STAY else automaton.state_names[outcome]
-
-
 def _before(
     lesson: Lesson, now: Automaton, former: Automaton | None
 ) -> tuple[int, tuple[DecisionChange, ...]]:
     """Count the moments before presses that can be replayed, and list the decisions that changed at them."""
     count, changes = 0, Counter[tuple[str, str, str]]()
-    seen: set[int] = set()
+    replayed: set[int] = set()
     for example in lesson.examples:
-        if not example.is_shown or example.moment is None or example.moment in seen:
+        if not example.is_shown or example.moment is None or example.moment in replayed:
             continue
-        seen.add(example.moment)
+        replayed.add(example.moment)
         rows = _same_state(example, lesson)
         vectors_now = _vectors(now.features, example, lesson, rows)
         if vectors_now is None:
@@ -184,10 +175,10 @@ def _before(
             continue
         then = vectors_now
         if former.features != now.features:
-            found = _vectors(former.features, example, lesson, rows)
-            if found is None:
+            former_vectors = _vectors(former.features, example, lesson, rows)
+            if former_vectors is None:
                 continue
-            then = found
+            then = former_vectors
         for old, new in zip(then, vectors_now, strict=True):
             pair = query_next_state(former, example.state, old), query_next_state(now, example.state, new)
             changes[example.state, *pair] += pair[0] != pair[1]

@@ -78,8 +78,8 @@ def find_reading(
         columns = FeatureColumns([BoundFeature(bound.feature, bound.binding.substitute(binding))], body)
         return NamedReading(text, bound.kind, columns.keys, columns, bound.feature.unit)
     if name not in readings:
-        known = list(dict.fromkeys([*features, *readings]))
-        raise UnknownName(what="feature or reading", name=name, where=where, known=known)
+        names = list(dict.fromkeys([*features, *readings]))
+        raise UnknownName(what="feature or reading", name=name, where=where, known=names)
     call = _CALL.fullmatch(text)
     if call is None:
         remedy = "write its name, with a target in parentheses where it needs one: range(station)"

@@ -76,9 +76,9 @@ class RaisedRange:
 
     def find_ends(self) -> tuple[float, float] | None:
         """Return the first and the last value at which the flag was raised; None if it never was, or all are absent."""
-        known = self.values[self.raised]
-        known = known[~np.isnan(known)]
-        return self.shown.find_ends(known) if len(known) else None
+        present = self.values[self.raised]
+        present = present[~np.isnan(present)]
+        return self.shown.find_ends(present) if len(present) else None
 
     @classmethod
     def concatenate(cls, parts: list[Self]) -> Self:

@@ -166,9 +166,14 @@ class Outcomes(WorldColumns):
         return float(self.finished.mean())
 
     @property
+    def spent_s(self) -> Column:
+        """Time until each world finished or reached its limit [N], in s."""
+        return np.where(self.finished, self.seconds, self.limit_s)
+
+    @property
     def food_per_s(self) -> Column:
         """Food delivered per second until the world finished or reached its limit [N]; NaN if no time passed."""
-        spent = np.where(self.finished, self.seconds, self.limit_s)
+        spent = self.spent_s
         rate: Column = np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
         return rate
 
@@ -232,9 +237,9 @@ class EventMonitor(SuccessMonitor):
 
     def look(self, now: Instant) -> None:
         """Note which worlds have succeeded."""
-        found = self._find()
-        new = now.running & ~np.isnan(found)
-        self.seconds[new] = found[new]
+        times = self._find()
+        new = now.running & ~np.isnan(times)
+        self.seconds[new] = times[new]
         self.over |= new
 
     def find_success_s(self, limits: Column) -> Column:

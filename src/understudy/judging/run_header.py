@@ -79,8 +79,8 @@ def fingerprint_libraries(
     programs: Mapping[str, Sequence[Program]], libraries: Libraries
 ) -> dict[str, dict[str, str]]:
     """Compute the fingerprints of all automata that the agents of a team may run (`programs`), by sort and name."""
-    found = {sort: fingerprint_programs(each, libraries[sort]) for sort, each in programs.items()}
-    return {sort: automata for sort, automata in found.items() if automata}
+    fingerprints = {sort: fingerprint_programs(each, libraries[sort]) for sort, each in programs.items()}
+    return {sort: automata for sort, automata in fingerprints.items() if automata}
 
 
 def fingerprint_programs(programs: Iterable[Program], library: Library) -> dict[str, str]:
@@ -136,8 +136,8 @@ def read_trace(path: Path | str) -> tuple[TraceHeader, list[dict[str, Any]]]:
         if path.suffix.lower() != PARQUET:
             header, lines = _decode_lines(path, dict[str, Any])
             return header, lines
-        about, found, titles = _query(path, "SELECT *", "ORDER BY time_s")
-        return _header(about, path), [dict(zip(titles, row, strict=True)) for row in found]
+        about, rows, titles = _query(path, "SELECT *", "ORDER BY time_s")
+        return _header(about, path), [dict(zip(titles, row, strict=True)) for row in rows]
 
 
 def is_trace(path: Path | str) -> bool:
@@ -178,8 +178,8 @@ def _decode_lines(path: Path, kind: type[Row], *, leave_out: bytes = b"") -> tup
 
 def _parquet(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
     select = f"SELECT {', '.join(COLUMNS)}"
-    about, found, _ = _query(path, select, "WHERE robot = ? ORDER BY time_s", robot)
-    return _header(about, path), [TraceRow(*row) for row in found]
+    about, rows, _ = _query(path, select, "WHERE robot = ? ORDER BY time_s", robot)
+    return _header(about, path), [TraceRow(*row) for row in rows]
 
 
 def _query(
@@ -196,9 +196,9 @@ def _query(
             about = database.execute(
                 "SELECT value FROM parquet_kv_metadata(?) WHERE decode(key) = 'understudy'", [str(path)]
             ).fetchone()
-            found = database.execute(f"{select} FROM read_parquet(?) {where}", [str(path), *values])
-            titles = [column[0] for column in found.description]
-            return (about[0] if about else b""), found.fetchall(), titles
+            result = database.execute(f"{select} FROM read_parquet(?) {where}", [str(path), *values])
+            titles = [column[0] for column in result.description]
+            return (about[0] if about else b""), result.fetchall(), titles
         except duckdb.Error as error:
             raise _no_trace(path, f"it cannot be read ({error})", "restore it") from None
 
@@ -206,19 +206,19 @@ def _query(
 def _header(line: bytes, path: Path) -> TraceHeader:
     try:
         with convert_decode_errors():
-            found: dict[str, Any] = msgspec.json.decode(line)
-        if found.get("format") != "understudy trace":
+            header: dict[str, Any] = msgspec.json.decode(line)
+        if header.get("format") != "understudy trace":
             raise ValueError
-        if found.get("version", 1) not in range(1, VERSION + 1):
+        if header.get("version", 1) not in range(1, VERSION + 1):
             remedy = "read it with the version of Understudy that wrote it"
-            raise _no_trace(path, f"its version is {found['version']!r:.20}", remedy)
-        if found.get("run") and not found["run"].keys() >= set(RunInfo.__struct_fields__) - {
+            raise _no_trace(path, f"its version is {header['version']!r:.20}", remedy)
+        if header.get("run") and not header["run"].keys() >= set(RunInfo.__struct_fields__) - {
             "seed",
             "agent",
             "squad",
         }:
             raise ValueError
-        return msgspec.convert(found, TraceHeader)
+        return msgspec.convert(header, TraceHeader)
     except (ValueError, AttributeError):  # msgspec's own errors are ValueErrors, too
         raise _other_file(path) from None
 

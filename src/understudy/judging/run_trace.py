@@ -17,8 +17,8 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.model.features import format_reading_label
 from understudy.model.value_kinds import Column
-from understudy.records.message_types import format_reading_label
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
@@ -148,8 +148,8 @@ class TraceWriter:
         x, y, heading = (round(value, DIGITS) for value in pose)
         place = {"robot": robot, "x": x, "y": y, "heading": heading, "doing": ""}
         sensed = {READING + label: value for label, value in readings.items()}
-        given = {COMMAND + channel: value for channel, value in commands.items()}
-        self._write([{"time_s": round(time_s, DIGITS), **place, **sensed, **given}])
+        commanded = {COMMAND + channel: value for channel, value in commands.items()}
+        self._write([{"time_s": round(time_s, DIGITS), **place, **sensed, **commanded}])
 
     def _write(self, rows: Sequence[Mapping[str, Any]]) -> None:
         data = self._encoder.encode_lines(rows)
@@ -243,13 +243,13 @@ def _finish(lines: Path, path: Path, header: dict[str, Any], *, titles: Mapping[
     if titles is None:
         lines.replace(path)
     else:
-        made = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
         try:
             about = encode_json(header).decode()
-            convert_to_parquet(lines, made, titles, key="understudy", metadata=about)
-            made.replace(path)
+            convert_to_parquet(lines, unfinished, titles, key="understudy", metadata=about)
+            unfinished.replace(path)
         finally:
-            made.unlink(missing_ok=True)
+            unfinished.unlink(missing_ok=True)
     sync_folder(path.parent)
 
 
@@ -268,9 +268,9 @@ def describe_trace_columns(team: Team) -> TraceColumns:
 
 
 def _describe_readings(layer: AgentLayer) -> dict[str, ReadingInfo]:
-    known = {reading.name: reading for reading in layer.body.readings}
+    reading_of = {reading.name: reading for reading in layer.body.readings}
     return {
-        format_reading_label(key): ReadingInfo(str(known[key[0]].kind), known[key[0]].unit)
+        format_reading_label(key): ReadingInfo(str(reading_of[key[0]].kind), reading_of[key[0]].unit)
         for key in layer.runner.keys
     }
 

@@ -105,11 +105,11 @@ def preview_simplification(taught: TrainedAutomaton, pruning: float | None = Non
     Without `pruning`, the suggested strength is used, or UNTOLD if there is none.
     """
     lesson = get_simplifiable_lesson(taught)
-    found = suggest_pruning(lesson)
-    asked = pruning if pruning is not None else UNTOLD if found is None else found.pruning
-    pruned = replace_pruning(lesson, asked)
+    suggestion = suggest_pruning(lesson)
+    strength = pruning if pruning is not None else UNTOLD if suggestion is None else suggestion.pruning
+    pruned = replace_pruning(lesson, strength)
     after = TrainedAutomaton(learn_automaton(pruned), pruned)
-    return SimplifyPreview(asked, found, taught, after, replay_lesson(after, taught))
+    return SimplifyPreview(strength, suggestion, taught, after, replay_lesson(after, taught))
 
 
 def get_simplifiable_lesson(taught: TrainedAutomaton) -> Lesson:

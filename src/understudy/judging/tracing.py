@@ -40,13 +40,13 @@ class TransitionQuery:
 class ActiveAutomaton:
     """An automaton that is running at a moment.
 
-    `entered_s` is when its state was entered. `asked` is the query in the last tick; None if the state has no
+    `entered_s` is when its state was entered. `query` is that of the last tick; None if the state has no
     transition function. `entry` is the query that entered the state; None if the automaton started there.
     """
 
     machine: RunningAutomaton
     entered_s: float
-    asked: TransitionQuery | None
+    query: TransitionQuery | None
     entry: TransitionQuery | None
 
 
@@ -58,7 +58,7 @@ class TracedRun(Run):
     ) -> None:
         super().__init__(body, interpreters, others)
         self._seen: dict[int, Interpreter] = {}
-        self._asked: dict[int, dict[RunningAutomaton, TransitionQuery]] = {}
+        self._queries: dict[int, dict[RunningAutomaton, TransitionQuery]] = {}
         self._entries: dict[RunningAutomaton, TransitionQuery] = {}
         self._body = body
         self.last_switches: dict[int, tuple[RunningAutomaton, TransitionQuery]] = {}
@@ -69,44 +69,46 @@ class TracedRun(Run):
 
     def follow(self, agent: int) -> None:
         """Record the queries of an agent from now on."""
-        self._asked.setdefault(agent, {})
+        self._queries.setdefault(agent, {})
 
     def decide(self, percept: Percept) -> dict[str, Column]:
         """Compute the commands of all agents for one tick, and record the queries of those that are followed."""
-        for agent, asked in self._asked.items():
-            switch = next((each for each in asked.items() if each[1].is_switch), None)
+        for agent, queries in self._queries.items():
+            switch = next((each for each in queries.items() if each[1].is_switch), None)
             if switch is not None:
                 self.last_switches[agent] = switch
-            asked.clear()
+            queries.clear()
             interpreter = self.interpreters[agent]
             if self._seen.get(agent) is not interpreter:  # it was ordered to run something else
                 self._seen[agent] = interpreter
-                interpreter.observe_queries(partial(self._witness, asked))
+                interpreter.observe_queries(partial(self._witness, queries))
         return super().decide(percept)
 
     def _witness(
         self,
-        asked: dict[RunningAutomaton, TransitionQuery],
+        queries: dict[RunningAutomaton, TransitionQuery],
         machine: RunningAutomaton,
         state: int,
         answer: int,
         values: Sequence[float],
     ) -> None:
         query = TransitionQuery(self._body.time_s, state, state if answer == STAY else answer, tuple(values))
-        asked[machine] = query
+        queries[machine] = query
         if query.is_switch:
             self._entries[machine] = query
 
     def list_active(self, agent: int) -> tuple[ActiveAutomaton, ...]:
         """List the running automata of a followed agent, the root first."""
-        asked = self._asked[agent]
-        return tuple(self._stood(machine, asked.get(machine)) for machine in self.interpreters[agent].active)
+        queries = self._queries[agent]
+        return tuple(
+            self._stood(machine, queries.get(machine)) for machine in self.interpreters[agent].active
+        )
 
-    def _stood(self, machine: RunningAutomaton, asked: TransitionQuery | None) -> ActiveAutomaton:
+    def _stood(self, machine: RunningAutomaton, query: TransitionQuery | None) -> ActiveAutomaton:
         entry = self._entries.get(machine)
         if entry is not None and (entry.time_s != machine.entered or entry.after != machine.state):
             entry = None  # it was started again since
-        return ActiveAutomaton(machine, machine.entered, asked, entry)
+        return ActiveAutomaton(machine, machine.entered, query, entry)
 
 
 def make_tracing_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:

@@ -131,11 +131,11 @@ Metric: TypeAlias = str | Callable[[WorldRun], Any]
 """The name of a feature or reading, or a function that computes a number from a run."""
 
 
-def name_value(given: str | Callable[..., Any] | SuccessRule) -> str:
+def name_value(value: str | Callable[..., Any] | SuccessRule) -> str:
     """Return the name of a goal or metric: a text itself, or the name of a function or rule."""
-    if isinstance(given, SuccessRule):
-        return given.name
-    return given if isinstance(given, str) else str(getattr(given, "__name__", type(given).__name__))
+    if isinstance(value, SuccessRule):
+        return value.name
+    return value if isinstance(value, str) else str(getattr(value, "__name__", type(value).__name__))
 
 
 class TickRecorder(Monitor):
@@ -149,8 +149,8 @@ class TickRecorder(Monitor):
     def look(self, now: Instant) -> None:
         """Record the present values."""
         for name, value in self._values.items():
-            found = self._run.read(value) if isinstance(value, str) else value(self._run)
-            self._rows[name].append(np.array(found))
+            recorded = self._run.read(value) if isinstance(value, str) else value(self._run)
+            self._rows[name].append(np.array(recorded))
 
     @property
     def rows(self) -> dict[str, NDArray[Any]]:
@@ -158,11 +158,8 @@ class TickRecorder(Monitor):
         return {name: np.array(rows) for name, rows in self._rows.items()}
 
 
-def compute_metric(run: WorldRun, metric: Metric) -> tuple[float, str | None]:
+def compute_metric(run: WorldRun, metric: Callable[[WorldRun], Any]) -> tuple[float, str | None]:
     """Compute a metric at the end of a run; if that is not possible, return NaN and what the matter is."""
-    if isinstance(metric, str):
-        value = average(run.read(metric))
-        return value, ABSENT if np.isnan(value) else None
     try:
         result = metric(run)
     except Exception as error:  # a function of a user's own
@@ -185,12 +182,12 @@ def describe_problem(seed: int, metric: str, problem: str) -> str:
 def format_exception(error: BaseException, *, last: int | None = None) -> str:
     """Return the type and message of an exception, or only its `last` lines, in one line of at most 300 characters."""
     lines = str(error).strip().splitlines()
-    said = " ".join(line.strip() for line in lines[-last if last else None :])
-    return f"{type(error).__name__}: {said}".removesuffix(": ")[:300]
+    message = " ".join(line.strip() for line in lines[-last if last else None :])
+    return f"{type(error).__name__}: {message}".removesuffix(": ")[:300]
 
 
 def average(values: Iterable[float] | Column) -> float:
     """Return the mean of the values that are not NaN; NaN if all are."""
-    known = np.asarray(values, np.float64)
-    known = known[~np.isnan(known)]
-    return float(known.mean()) if known.size else float("nan")
+    present = np.asarray(values, np.float64)
+    present = present[~np.isnan(present)]
+    return float(present.mean()) if present.size else float("nan")

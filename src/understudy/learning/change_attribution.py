@@ -19,11 +19,11 @@ import numpy as np
 from understudy.learning.explain import find_rows_by_node
 from understudy.learning.fit import learn_state
 from understudy.learning.training_set import group_examples_by_state
-from understudy.model.automaton import Transition
+from understudy.model.automaton import Transition, query_next_state
 from understudy.model.describe import list_shown_vectors, name_examples
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.model.tree import STAY, Node, TestKind, Tree
+from understudy.model.tree import Node, TestKind, Tree
 from understudy.model.tree_regions import Box
 from understudy.model.tree_text import describe_boxes, simplify_outcome_boxes
 from understudy.model.value_kinds import Toroidal
@@ -211,9 +211,7 @@ class _StateDiff:
         if not (self.alike and _inside(example, box)):
             return False
         automaton = (self.after if lost else self.before).automaton
-        function = automaton.transitions.get(self.state)
-        outcome = STAY if function is None else function.decide(example.values)
-        return example.next == (self.state if outcome == STAY else automaton.state_names[outcome])
+        return example.next == query_next_state(automaton, self.state, example.values)
 
     def _bounding(self, boxes: Mapping[str, Box], taught: TrainedAutomaton, mine: Numbered) -> Iterator[int]:
         """Yield the numbers of the examples next to new thresholds at the ends of the conditions `boxes`.

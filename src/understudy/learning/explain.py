@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, KindError, join_names
 from understudy.learning.training_set import group_examples_by_state
-from understudy.model.automaton import Automaton, Transition
+from understudy.model.automaton import Automaton, Transition, name_next_state
 from understudy.model.describe import list_shown_vectors as vectors_shown
 from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY, Node, PathStep, TestKind, Tree
@@ -94,7 +94,7 @@ def explain(
     if transition is None:
         return Explanation(state, state)
     outcome = transition.decide(values)
-    following = state if outcome == STAY else automaton.state_names[outcome]
+    following = name_next_state(automaton, state, outcome)
     if not isinstance(transition, Tree):
         return Explanation(state, following, shown=True)
     return _explain_path(lesson, state, transition, *transition.path(values))
@@ -116,7 +116,7 @@ def _explain_path(
 ) -> Explanation:
     """Explain a decision by its way through the tree."""
     outcome = STAY if leaf == STAY else tree.nodes[leaf].yes
-    following = state if outcome == STAY else lesson.automaton.state_names[outcome]
+    following = name_next_state(lesson.automaton, state, outcome)
     alike = tuple(
         example
         for example in group_examples_by_state(lesson).get(state, ())

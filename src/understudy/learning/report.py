@@ -13,11 +13,11 @@ from understudy.learning.training_set import (
     select_teaching_examples,
 )
 from understudy.learning.tree_growth import compile_tree_kernels
-from understudy.model.automaton import Transition
+from understudy.model.automaton import Transition, name_next_state
 from understudy.model.describe import list_shown_vectors
 from understudy.model.learner_options import TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
-from understudy.model.tree import STAY, Tree
+from understudy.model.tree import Tree
 from understudy.model.tree_text import describe_exits
 
 
@@ -131,10 +131,8 @@ def _list_watched(lesson: Lesson, state: str) -> list[Example]:
 
 
 def _list_otherwise(lesson: Lesson, examples: Sequence[Example], function: Transition) -> tuple[Example, ...]:
-    names = lesson.automaton.state_names
-    outcomes = [function.decide(example.values) for example in examples]
     return tuple(
-        example
-        for example, outcome in zip(examples, outcomes, strict=True)
-        if (example.state if outcome == STAY else names[outcome]) != example.next
+        each
+        for each in examples
+        if name_next_state(lesson.automaton, each.state, function.decide(each.values)) != each.next
     )

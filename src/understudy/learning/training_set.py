@@ -49,6 +49,30 @@ def select_teaching_examples(lesson: Lesson) -> tuple[Example, ...]:
     )
 
 
+def identify_teaching(lesson: Lesson, *, with_watched: bool = False) -> tuple[object, ...]:
+    """Return a value that is equal for two lessons with the same design, options and presses, whatever their records.
+
+    With `with_watched`, all other examples count, too.
+    """
+    return (
+        lesson.automaton,
+        lesson.options,
+        [
+            (
+                each.number,
+                each.state,
+                each.next,
+                each.kind,
+                each.correction,
+                [None if value != value else value for value in each.values],
+                each.quarantined,
+            )
+            for each in lesson.examples
+            if with_watched or each.is_from_press
+        ],
+    )
+
+
 def group_examples_by_state(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
     """Return the examples of each state that gets a transition function, by name in declared order.
 

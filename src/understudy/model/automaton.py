@@ -14,7 +14,7 @@ from understudy.errors import DefinitionError, UnknownName
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
 from understudy.model.features import BoundFeature
-from understudy.model.tree import PathStep
+from understudy.model.tree import STAY, PathStep
 
 
 class Transition(Protocol):
@@ -226,3 +226,14 @@ class Automaton:
 
     def _repr_svg_(self) -> str:
         return call_markup("html_cards:draw_automaton", self)
+
+
+def name_next_state(automaton: Automaton, state: str, outcome: int) -> str:
+    """Return the name of the next state for an outcome of a state's transition function; `state` itself for STAY."""
+    return state if outcome == STAY else automaton.states[outcome].name
+
+
+def query_next_state(automaton: Automaton, state: str, values: Sequence[float]) -> str:
+    """Return the next state that an automaton chooses in a state for a feature vector."""
+    function = automaton.transitions.get(state)
+    return state if function is None else name_next_state(automaton, state, function.decide(values))

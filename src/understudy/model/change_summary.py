@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Literal, TypeAlias
 
 from understudy.errors import join_names
+from understudy.model.automaton import name_next_state
 from understudy.model.box_cover import cover_boxes, find_hull
 from understudy.model.describe import list_shown_vectors
 from understudy.model.lesson import Example, ExampleKind
@@ -166,7 +167,7 @@ class _Version:
 
     def name(self, outcome: int) -> str:
         """Return the name of the next state, which is the state itself if it is kept."""
-        return self.state if outcome == STAY else self.automaton.state_names[outcome]
+        return name_next_state(self.automaton, self.state, outcome)
 
     def decide(self, example: Example) -> str:
         """Return the name of the next state for the readings of an example."""

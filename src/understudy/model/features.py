@@ -23,6 +23,12 @@ Percept: TypeAlias = Mapping[ReadingKey, Column]
 """All readings of N bodies at one moment: an array of shape [N] by reading and target."""
 
 
+def format_reading_label(key: ReadingKey) -> str:
+    """Format a reading with its target: "range", "range(station)"."""
+    name, target = key
+    return name if target is None else f"{name}({target})"
+
+
 class ReadingsView:
     """The readings of the robot, or those about one target, as attributes: `robot.heading` is an array of shape [N].
 

@@ -372,3 +372,15 @@ class Library:
             for state in self.taught[name].automaton.states:
                 if state.behavior is not None:
                     self.refuse_recursion(state.behavior, (*above, name))
+
+
+def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
+    """List an automaton and the automata that it runs, directly or through others."""
+    names: dict[str, None] = {}
+    waiting = [name]
+    while waiting:
+        each = waiting.pop()
+        if each in library.taught and each not in names:
+            names[each] = None
+            waiting += [state.behavior or "" for state in library.taught[each].automaton.states]
+    return tuple(names)

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from understudy.extras import ExtraMissing
-from understudy.model.features import ReadingKey
 from understudy.model.value_kinds import Column
 from understudy.records.messages import decode_message, encode_message, load_typestore, make_message
 
@@ -66,12 +65,6 @@ def format_type_definition(type: str) -> str:
     """Return the definition of a type and of all types that it contains, in the format of rosbag2 (`ros2msg`)."""
     register_message_types()
     return str(load_typestore().generate_msgdef(type, ros_version=2)[0])
-
-
-def format_reading_label(key: ReadingKey) -> str:
-    """Format a reading with its target: "range", "range(station)"."""
-    name, target = key
-    return name if target is None else f"{name}({target})"
 
 
 class ReadingsEncoder:

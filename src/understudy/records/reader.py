@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import FileError, SettingError, UnderstudyError
 from understudy.extras import ExtraMissing
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import Column
 from understudy.records.header import (
     AGENT,
@@ -31,7 +31,6 @@ from understudy.records.message_types import (
     ReadingsEncoder,
     decode_reading_names,
     decode_states,
-    format_reading_label,
     register_message_types,
     resolve_topic_name,
 )

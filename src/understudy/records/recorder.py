@@ -16,7 +16,7 @@ import numpy as np
 
 from understudy.clock import REAL_TIME, Clock, measure_clock_offset
 from understudy.errors import UnderstudyError
-from understudy.model.features import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey, format_reading_label
 from understudy.records.header import RecordingHeader, RunInfo, encode_header
 from understudy.records.message_types import (
     READINGS,
@@ -27,7 +27,6 @@ from understudy.records.message_types import (
     StatesEncoder,
     detect_state_change,
     encode_text,
-    format_reading_label,
     register_message_types,
     resolve_topic_name,
 )

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from understudy.errors import UnknownName
-from understudy.model.features import Percept, ReadingKey
-from understudy.records.message_types import format_reading_label
+from understudy.model.features import Percept, ReadingKey, format_reading_label
 from understudy.records.reader import Recording
 from understudy.runtime.body import Channel, Commands, Reading
 

@@ -13,10 +13,10 @@ import numpy as np
 from understudy.learning.fit import learn_state
 from understudy.learning.mislabels import CorrectionDiagnosis, diagnose_correction
 from understudy.learning.training_set import group_examples_by_state
+from understudy.model.automaton import name_next_state
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
-from understudy.model.tree import STAY
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import measure_elapsed
 from understudy.training.edits import describe_edit, set_quarantine
@@ -188,4 +188,4 @@ def decide_for_example(lesson: Lesson, example: Example) -> str:
     if not examples:
         return example.state
     outcome = learn_state(lesson, example.state, examples).decide(example.values)
-    return example.state if outcome == STAY else lesson.automaton.state_names[outcome]
+    return name_next_state(lesson.automaton, example.state, outcome)

@@ -22,6 +22,7 @@ from understudy.model.features import (
     TimerFeature,
 )
 from understudy.model.lesson import Example, Lesson, ReadingLog
+from understudy.model.library import Kit
 from understudy.model.value_kinds import NO, Categorical
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import read_feature_column
@@ -31,6 +32,12 @@ from understudy.runtime.interpreter import RunningAutomaton, measure_elapsed
 def list_steady_readings(body: Body) -> frozenset[str]:
     """List the readings that a reaction time never shifts: categorical ones, which are events rather than motion."""
     return frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
+
+
+def list_steady_kit_readings(kit: Kit) -> frozenset[str]:
+    """List the readings of a kit's features that a reaction time never shifts, where no body is there to ask."""
+    features = (each for each in kit.features.values() if isinstance(each, Feature))
+    return frozenset(each.reading or "" for each in features if isinstance(each.kind, Categorical))
 
 
 def collect_own_values(machine: RunningAutomaton, now: float) -> dict[str, float]:

@@ -14,10 +14,10 @@ from enum import StrEnum
 from msgspec import UNSET, UnsetType
 
 from understudy.errors import SessionError
+from understudy.model.automaton import name_next_state
 from understudy.model.features import Percept
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import ExampleKind
-from understudy.model.tree import STAY
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter, Row, RunningAutomaton
@@ -177,7 +177,7 @@ class Trainee(Interpreter):
         if transition is None:
             return False
         decided = transition.decide(machine.values(row, now))
-        return (here if decided == STAY else machine.automaton.state_names[decided]) != wanted
+        return name_next_state(machine.automaton, here, decided) != wanted
 
     def _obey(self, press: Press, result: TickResult, now: float) -> None:
         machine, automaton = self.taught, self.taught.automaton

@@ -12,11 +12,10 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from understudy.model.automaton import Automaton
-from understudy.model.binding import format_bound_name
 from understudy.model.describe import describe_options, format_value
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.viz.automaton_graph import lay_out_taught
+from understudy.viz.automaton_graph import format_automaton_title, lay_out_taught
 from understudy.viz.automaton_svg import draw_graphs_svg
 from understudy.viz.evaluation_plot import Interval
 
@@ -84,7 +83,7 @@ def write_lesson_html(lesson: Lesson) -> str:
     ]
     states = f"states {', '.join(automaton.state_names)}"
     facts = [", ".join([*number, *watched]) or "no examples", states, ", ".join(options)]
-    return write_card(f"Lesson {_call(automaton)}", facts, format_html_table(heads, rows))
+    return write_card(f"Lesson {format_automaton_title(automaton)}", facts, format_html_table(heads, rows))
 
 
 _PRESSED = (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION, ExampleKind.DEFAULT)
@@ -95,7 +94,7 @@ def write_library_html(library: Library) -> str:
     kit = library.kit
     rows = [
         (
-            _call(taught.automaton),
+            format_automaton_title(taught.automaton),
             ", ".join(taught.automaton.state_names),
             ", ".join(str(bound) for bound in taught.automaton.features),
             "written by hand" if taught.lesson is None else str(len(taught.lesson.examples)),
@@ -138,7 +137,7 @@ def write_session_html(session: Session) -> str:
         *(f"{parameter} = {target}" for parameter, target in view.targets.items()),
     ]
     states_line = f'<div style="margin-top:.4em">{escape(" | ".join(states))}</div>'
-    title = f"Session of {_call(session.automaton)}"
+    title = f"Session of {format_automaton_title(session.automaton)}"
     return write_card(title, facts, states_line, format_html_table(("feature", "now"), values))
 
 
@@ -166,7 +165,3 @@ def _outcome_row(name: str, outcomes: Any) -> tuple[str, ...]:
     times = sorted(outcomes.seconds[outcomes.finished].tolist())
     spread = (f"{median(times):.1f} s", f"{times[-1]:.1f} s") if times else ("–", "–")
     return (name, f"{len(times)} of {len(outcomes.seconds)} worlds", *spread)
-
-
-def _call(automaton: Automaton) -> str:
-    return format_bound_name(automaton.name, {name: name for name in automaton.parameters})

@@ -179,9 +179,9 @@ def round_up_to_ms(seconds: float) -> float:
     """Return the smallest whole number of ms that is not less than a time in s, as the interpreter compares them."""
     if not isfinite(seconds):
         return seconds
-    found = ceil(seconds * MS_PER_S)
-    while (found - 1) / MS_PER_S >= seconds:
-        found -= 1
-    while found / MS_PER_S < seconds:
-        found += 1
-    return found
+    ms = ceil(seconds * MS_PER_S)
+    while (ms - 1) / MS_PER_S >= seconds:
+        ms -= 1
+    while ms / MS_PER_S < seconds:
+        ms += 1
+    return ms

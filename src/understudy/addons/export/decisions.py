@@ -106,26 +106,32 @@ class _Writer:
             return self.later(index)
         feature = node.feature
         can_be_absent = feature not in present and self.can_be_absent(feature)
-        known = present | {feature}
+        is_there = present | {feature}
         if node.test == TestKind.LABEL:
             return self.label(index, left, present, can_be_absent=can_be_absent)
         if node.test == TestKind.ABSENT:
             if not can_be_absent:
                 return self.step(node.no, left, present)
-            asked = ValueCondition(feature, "absent")
-            return Branch(asked, self.step(node.yes, left - 1, present), self.step(node.no, left - 1, known))
+            condition = ValueCondition(feature, "absent")
+            return Branch(
+                condition, self.step(node.yes, left - 1, present), self.step(node.no, left - 1, is_there)
+            )
         inside, outside = _compare(node)
         if not can_be_absent:
             return Branch(
                 inside, self.step(node.yes, left - 1, present), self.step(node.no, left - 1, present)
             )
         if node.absent == node.no:
-            return Branch(inside, self.step(node.yes, left - 1, known), self.step(node.no, left - 1, present))
+            return Branch(
+                inside, self.step(node.yes, left - 1, is_there), self.step(node.no, left - 1, present)
+            )
         if node.absent == node.yes:
             return Branch(
-                outside, self.step(node.no, left - 1, known), self.step(node.yes, left - 1, present)
+                outside, self.step(node.no, left - 1, is_there), self.step(node.yes, left - 1, present)
             )
-        comparison = Branch(inside, self.step(node.yes, left - 2, known), self.step(node.no, left - 2, known))
+        comparison = Branch(
+            inside, self.step(node.yes, left - 2, is_there), self.step(node.no, left - 2, is_there)
+        )
         return Branch(
             ValueCondition(feature, "absent"), self.step(node.absent, left - 1, present), comparison
         )
@@ -134,12 +140,12 @@ class _Writer:
         """Ask for one label after the other; what absence leads to is the rest, with all labels that lead there."""
         node = self.nodes[index]
         last = node.absent if can_be_absent else node.branches[-1]
-        asked = [(label, child) for label, child in enumerate(node.branches) if child != last]
-        if left < min(len(asked), DEEPEST):
+        branches = [(label, child) for label, child in enumerate(node.branches) if child != last]
+        if left < min(len(branches), DEEPEST):
             return self.later(index)
         below = max(0, left - 1)
         step = self.step(last, below, present)
-        for label, child in reversed(asked):
+        for label, child in reversed(branches):
             question = ValueCondition(node.feature, "label", float(label))
             step = Branch(question, self.step(child, below, present | {node.feature}), step)
         return step

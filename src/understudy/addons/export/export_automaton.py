@@ -21,7 +21,7 @@ from understudy.addons.export.target_files import ExportJob
 from understudy.addons.export.targets.target_table import TARGETS, ExportTarget, find_target
 from understudy.errors import SettingError, join_names
 from understudy.model.binding import NOTHING_BOUND, Binding
-from understudy.model.library import Library
+from understudy.model.library import Library, list_dependencies
 from understudy.runtime.body import Body
 from understudy.runtime.link import Program, link
 from understudy.storage.document import fingerprint_automaton, hash_content
@@ -124,9 +124,9 @@ def export_automaton(
         single_precision=single_precision,
         robot=robot,
     )
-    made = target.make_files(job)
-    manifest = make_manifest(job, made, target=to, fingerprints=fingerprints)
-    files = write_export(folder, {**made.files, MANIFEST: manifest}, made.by_hand)
+    target_files = target.make_files(job)
+    manifest = make_manifest(job, target_files, target=to, fingerprints=fingerprints)
+    files = write_export(folder, {**target_files.files, MANIFEST: manifest}, target_files.by_hand)
     return ExportResult(
         Path(folder),
         to,
@@ -134,7 +134,7 @@ def export_automaton(
         len(job.conformance.ticks),
         tuple((each.name, each.readings, each.problem) for each in job.hierarchy.functions_to_write),
         job.rounded,
-        made.notes,
+        target_files.notes,
     )
 
 
@@ -161,14 +161,8 @@ def prepare_export(
 
 def list_exported_automata(library: Library, name: str) -> list[str]:
     """List the automata of a library that an automaton consists of, itself included, by name."""
-    found, waiting = {name}, [library.automaton(name)]
-    while waiting:
-        for state in waiting.pop().states:
-            below = state.behavior or ""
-            if below in library.taught and below not in found:
-                found.add(below)
-                waiting.append(library.automaton(below))
-    return sorted(found)
+    library.automaton(name)
+    return sorted(list_dependencies(library, name))
 
 
 def fingerprint_automata(library: Library, name: str) -> dict[str, str]:

@@ -26,12 +26,12 @@ VERSION = 1
 
 
 def make_manifest(
-    job: ExportJob, made: TargetFiles, *, target: str, fingerprints: Mapping[str, str]
+    job: ExportJob, target_files: TargetFiles, *, target: str, fingerprints: Mapping[str, str]
 ) -> bytes:
     """Make the manifest of an export."""
     hierarchy, conformance = job.hierarchy, job.conformance
-    names = made.names
-    copies = [path for file in made.by_hand.values() for path in file.copies]
+    names = target_files.names
+    copies = [path for file in target_files.by_hand.values() for path in file.copies]
     content = {
         "format": FORMAT,
         "version": VERSION,
@@ -80,10 +80,12 @@ def make_manifest(
             "leaves": {"reached": conformance.leaves[0], "of": conformance.leaves[1]},
             "boundaries": {"reached": conformance.boundaries[0], "of": conformance.boundaries[1]},
         },
-        **made.facts,
-        "files": sorted((*made.files, *made.by_hand, *copies)),
-        "by_hand": {name: fingerprint_file(file.write()) for name, file in sorted(made.by_hand.items())},
-        "makes": sorted(made.makes),
+        **target_files.facts,
+        "files": sorted((*target_files.files, *target_files.by_hand, *copies)),
+        "by_hand": {
+            name: fingerprint_file(file.write()) for name, file in sorted(target_files.by_hand.items())
+        },
+        "makes": sorted(target_files.makes),
     }
     return format_json(content)
 
@@ -165,11 +167,11 @@ def write_export(
         files = {**files, **_keep_files_by_hand(folder, by_hand or {})}
         folder.parent.mkdir(parents=True, exist_ok=True)
         place = folder.resolve()
-        made = place.with_name(f".{place.name}.{os.getpid()}{UNFINISHED}")
+        unfinished = place.with_name(f".{place.name}.{os.getpid()}{UNFINISHED}")
         former = place.with_name(f".{place.name}.{os.getpid()}{FORMER}")
         try:
             for name, content in files.items():
-                path = made / name
+                path = unfinished / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with path.open("wb") as file:
                     file.write(content)
@@ -177,12 +179,12 @@ def write_export(
                     os.fsync(file.fileno())
             if place.exists():
                 place.rename(former)
-            made.rename(place)
+            unfinished.rename(place)
             sync_folder(place.parent)
         finally:
             if former.exists() and not place.exists():
                 former.rename(place)
-            for left in (made, former):
+            for left in (unfinished, former):
                 shutil.rmtree(left, ignore_errors=True)
     return files
 
@@ -236,9 +238,9 @@ def check_export_folder(folder: Path | str) -> None:
         }
     if not there:
         return
-    known = _list_files(folder)
-    folders = tuple(each for each in known if each.endswith("/"))
-    others = sorted(each for each in there - known if not each.startswith(folders))
+    names = _list_files(folder)
+    folders = tuple(each for each in names if each.endswith("/"))
+    others = sorted(each for each in there - names if not each.startswith(folders))
     if others:
         raise FileError(
             path=folder,
@@ -254,12 +256,12 @@ def _recover(place: Path) -> None:
         return
     pattern = re.compile(rf"\.{re.escape(place.name)}\.(\d+)(\.former)?{re.escape(UNFINISHED)}")
     for left in sorted(place.parent.glob(f".*{UNFINISHED}")):
-        found = pattern.fullmatch(left.name)
-        if found is None:
+        match = pattern.fullmatch(left.name)
+        if match is None:
             continue
-        if found[2] and not place.exists():
+        if match[2] and not place.exists():
             left.rename(place)
-        elif not _is_running(int(found[1])):
+        elif not _is_running(int(match[1])):
             shutil.rmtree(left, ignore_errors=True)
 
 

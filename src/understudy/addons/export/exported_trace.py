@@ -126,8 +126,8 @@ def _exists(decision: ExportedDecision, hierarchy: Hierarchy) -> bool:
 
 def find_tick(ticks: Sequence[ExportedTick], time: float) -> ExportedTick | None:
     """Find the last tick at or before a time, in the unit of the export; None if there is none."""
-    found = None
+    last = None
     for tick in ticks:
         if tick.time <= time:
-            found = tick
-    return found
+            last = tick
+    return last

@@ -93,22 +93,22 @@ def translate_function(function: Callable[..., Any], parameters: Sequence[str]) 
         tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except (OSError, TypeError, SyntaxError):
         return TranslatedFunction({}, (), "its source text is not available")
-    found = tree.body[0]
-    if not isinstance(found, ast.FunctionDef):
+    statement = tree.body[0]
+    if not isinstance(statement, ast.FunctionDef):
         return TranslatedFunction({}, (), "it is not a plain function")
-    arguments = [each.arg for each in found.args.args]
+    arguments = [each.arg for each in statement.args.args]
     owners = dict(zip(arguments, (None, *parameters), strict=False))
     looked = tuple(
         dict.fromkeys(
             (each.attr, owners[each.value.id])
-            for each in ast.walk(found)
+            for each in ast.walk(statement)
             if isinstance(each, ast.Attribute)
             and isinstance(each.value, ast.Name)
             and each.value.id in owners
         )
     )
     try:
-        return TranslatedFunction(_Translator(function, owners).translate_body(found.body), looked)
+        return TranslatedFunction(_Translator(function, owners).translate_body(statement.body), looked)
     except NotTranslatable as problem:
         return TranslatedFunction({}, looked, str(problem))
 
@@ -140,12 +140,12 @@ class _Translator:
     def _results(self, value: ast.expr) -> Mapping[str, Expression]:
         if not isinstance(value, ast.Dict):
             return {"": self.translate(value)}
-        found: dict[str, Expression] = {}
+        results: dict[str, Expression] = {}
         for key, each in zip(value.keys, value.values, strict=True):
             if not (isinstance(key, ast.Constant) and isinstance(key.value, str)):
                 raise _refuse(value)
-            found[key.value] = self.translate(each)
-        return found
+            results[key.value] = self.translate(each)
+        return results
 
     def translate(self, node: ast.expr) -> Expression:
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
@@ -174,10 +174,10 @@ class _Translator:
         return self._constant(node)
 
     def number(self, node: ast.expr) -> Expression:
-        found = self.translate(node)
-        if isinstance(found, Operation) and found.is_condition:
+        expression = self.translate(node)
+        if isinstance(expression, Operation) and expression.is_condition:
             raise _refuse(node)
-        return found
+        return expression
 
     def _call(self, node: ast.Call) -> Expression:
         name = self._function_name(node.func)

@@ -309,12 +309,12 @@ class _Flattener:
     def slot(self, reading: str, target: str | None) -> int:
         key = (reading, target)
         if key not in self.slots:
-            known = {each.name: each for each in self.body.readings}
-            found = known.get(reading)
-            if found is None and self.body.is_complete:
-                raise UnknownName(what="reading", name=reading, where="the body", known=list(known))
-            found = found or Reading(reading, Continuous())
-            self.slots[key] = ReadingSlot(reading, target, found.kind, found.unit, found.doc)
+            reading_of = {each.name: each for each in self.body.readings}
+            own = reading_of.get(reading)
+            if own is None and self.body.is_complete:
+                raise UnknownName(what="reading", name=reading, where="the body", known=list(reading_of))
+            own = own or Reading(reading, Continuous())
+            self.slots[key] = ReadingSlot(reading, target, own.kind, own.unit, own.doc)
         return list(self.slots).index(key)
 
     def feature(self, bound: BoundFeature) -> int:
@@ -335,8 +335,8 @@ class _Flattener:
         return -len(self.computed)
 
     def look(self, readings: Sequence[tuple[str, str | None]], binding: Binding) -> tuple[int, ...]:
-        found = [(reading, None if owner is None else binding[owner]) for reading, owner in readings]
-        return tuple(self.slot(*key) for key in found if self.has(key[0]))
+        keys = [(reading, None if owner is None else binding[owner]) for reading, owner in readings]
+        return tuple(self.slot(*key) for key in keys if self.has(key[0]))
 
     def has(self, reading: str) -> bool:
         return not self.body.is_complete or any(each.name == reading for each in self.body.readings)
@@ -381,9 +381,9 @@ class _Flattener:
         if isinstance(child, int):
             return ChildRef(False, child)
         if id(child) not in self.automata:
-            made = self.automaton(child)
+            exported = self.automaton(child)
             self.automata[id(child)] = len(self.made)
-            self.made.append(made)
+            self.made.append(exported)
         return ChildRef(True, self.automata[id(child)])
 
     def automaton(self, instance: Instance) -> GroundAutomaton:
@@ -415,9 +415,9 @@ class _Flattener:
             for source, bound in zip(instance.sources, automaton.features, strict=True)
         )
         trees: dict[int, list[int]] = {}  # states may share one
-        for index, made in enumerate(states):
-            if made.tree is not None:
-                trees.setdefault(id(made.tree), []).append(index)
+        for index, exported in enumerate(states):
+            if exported.tree is not None:
+                trees.setdefault(id(exported.tree), []).append(index)
         decisions = [
             TreeRoutines(tuple(of), make_routines(tree, lambda feature: features[feature].can_be_absent))
             for of in trees.values()

@@ -17,10 +17,10 @@ def make_identifier(name: str, reserved: Iterable[str] = ()) -> str:
     Letters lose their accents. Letters of other scripts are spelled by their number in Unicode, such as u901f.
     """
     plain = "".join(map(_spell, unicodedata.normalize("NFKD", name)))
-    found = _OTHER.sub("_", plain).strip("_") or "unnamed"
-    if found[0].isdigit():
-        found = f"n{found}"
-    return f"{found}_" if found.lower() in reserved else found
+    identifier = _OTHER.sub("_", plain).strip("_") or "unnamed"
+    if identifier[0].isdigit():
+        identifier = f"n{identifier}"
+    return f"{identifier}_" if identifier.lower() in reserved else identifier
 
 
 def _spell(character: str) -> str:
@@ -34,9 +34,9 @@ def make_identifiers(names: Iterable[str], *, what: str, reserved: Iterable[str]
 
     `what` says what the names are of, in the plural, for the error message.
     """
-    kept = {name: make_identifier(name, reserved) for name in names}
+    identifiers = {name: make_identifier(name, reserved) for name in names}
     by_identifier: dict[str, str] = {}
-    for name, identifier in kept.items():
+    for name, identifier in identifiers.items():
         other = by_identifier.setdefault(identifier.upper(), name)
         if other != name:
             raise DefinitionError(
@@ -44,4 +44,4 @@ def make_identifiers(names: Iterable[str], *, what: str, reserved: Iterable[str]
                 problem=f"both become {identifier!r} in the exported code",
                 remedy="rename one of the two",
             )
-    return kept
+    return identifiers

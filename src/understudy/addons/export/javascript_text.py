@@ -95,8 +95,8 @@ class JavaScriptText(ExpressionText):
 
     def find_memory(self, number: int, effect: StateEffect) -> tuple[str, str]:
         """Return where a counter or timer is kept: "counters" or "timers", and its identifier."""
-        kept = self.counters if effect.of == "counter" else self.timers
-        return f"{effect.of}s", kept[number][effect.name]
+        memory = self.counters if effect.of == "counter" else self.timers
+        return f"{effect.of}s", memory[number][effect.name]
 
     def write_slot(self, slot: int) -> str:
         """Write a reading."""

@@ -120,7 +120,7 @@ def round_library(library: Library, names: Sequence[str]) -> tuple[Library, tupl
     be moved far enough. DefinitionError is raised if a behavior changes a counter by a number that is not whole or too
     large, or commands one that is too large for a 32-bit float.
     """
-    found: list[RoundedCut] = []
+    cuts: list[RoundedCut] = []
     for name in names:
         taught = library.taught[name]
         for state in taught.automaton.states:
@@ -142,12 +142,12 @@ def round_library(library: Library, names: Sequence[str]) -> tuple[Library, tupl
                         problem=f"it commands {value:g} to {channel!r}, which single precision does not have",
                         remedy="use a smaller number, or export with double precision",
                     )
-        automaton = _round_automaton(taught, name, found)
+        automaton = _round_automaton(taught, name, cuts)
         library = library.with_automaton(TrainedAutomaton(automaton, taught.lesson))
-    return library, tuple(found)
+    return library, tuple(cuts)
 
 
-def _round_automaton(taught: TrainedAutomaton, called: str, found: list[RoundedCut]) -> Automaton:
+def _round_automaton(taught: TrainedAutomaton, called: str, cuts: list[RoundedCut]) -> Automaton:
     automaton = taught.automaton
     groups = {} if taught.lesson is None else group_examples_by_state(taught.lesson)
     transitions = dict(automaton.transitions)
@@ -158,13 +158,13 @@ def _round_automaton(taught: TrainedAutomaton, called: str, found: list[RoundedC
         if id(tree) not in done:
             vectors = [example.values for example in groups.get(state, ())]
             values = np.array(vectors, np.float64).reshape(len(vectors), len(automaton.features))
-            done[id(tree)] = _round_tree(tree, values, automaton, (called, state), found)
+            done[id(tree)] = _round_tree(tree, values, automaton, (called, state), cuts)
         transitions[state] = done[id(tree)]
     return replace(automaton, transitions=transitions)
 
 
 def _round_tree(
-    tree: Tree, values: Values, automaton: Automaton, where: tuple[str, str], found: list[RoundedCut]
+    tree: Tree, values: Values, automaton: Automaton, where: tuple[str, str], rounded: list[RoundedCut]
 ) -> Tree:
     rows = find_rows_by_node(tree, values)
     nodes: list[Node] = []
@@ -181,7 +181,7 @@ def _round_tree(
                 distances = np.abs(column - cut)
                 margin = float(np.nanmin(distances)) if np.isfinite(distances).any() else nan
                 feature = str(automaton.features[node.feature])
-                found.append(RoundedCut(*where, feature, cut, exported, margin, separates))
+                rounded.append(RoundedCut(*where, feature, cut, exported, margin, separates))
         low, high = cuts
         if node.test == TestKind.ARC and node.low > node.high and low <= high:
             nodes.append(
@@ -230,8 +230,8 @@ def _compute_function(function: Callable[..., Any], parameters: Sequence[str]) -
 
     def computed(*views: ReadingsView) -> Any:
         by_owner = dict(zip((None, *parameters), views, strict=True))
-        found = {name: _evaluate(each, by_owner) for name, each in translated.results.items()}
-        return found[""] if set(found) == {""} else found
+        results = {name: _evaluate(each, by_owner) for name, each in translated.results.items()}
+        return results[""] if set(results) == {""} else results
 
     return computed
 

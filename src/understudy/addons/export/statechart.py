@@ -268,10 +268,10 @@ def spell_part(part: Part) -> str:
     """Spell a part of a condition with the predicate In of SCXML."""
     if isinstance(part, str):
         return part
-    asked = " || ".join(f"In('{state}')" for state in part.states)
+    condition = " || ".join(f"In('{state}')" for state in part.states)
     if part.is_raised:
-        return asked
-    return f"!({asked})" if len(part.states) > 1 else f"!{asked}"
+        return condition
+    return f"!({condition})" if len(part.states) > 1 else f"!{condition}"
 
 
 def describe_states(job: ExportJob, chart: Statechart) -> dict[str, Any]:

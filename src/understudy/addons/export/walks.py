@@ -93,16 +93,16 @@ class ReadingWalk:
                     if source is not None and source.sort == "reading" and source.index == slot:
                         cuts |= {cut for cut in (node.low, node.high) if isfinite(cut)}
         ordered = sorted(cuts)
-        found = {*ordered, *map(self._before, ordered)}
-        found |= {(low + high) / 2 for low, high in pairwise(ordered)}
+        values = {*ordered, *map(self._before, ordered)}
+        values |= {(low + high) / 2 for low, high in pairwise(ordered)}
         if isinstance(kind, Toroidal):
-            found |= {0.0, kind.period / 2, self._before(kind.period)}
-            found = {value for value in found if 0.0 <= value < kind.period}
+            values |= {0.0, kind.period / 2, self._before(kind.period)}
+            values = {value for value in values if 0.0 <= value < kind.period}
         elif ordered:
-            found |= {0.0, ordered[0] - 1.0, ordered[-1] + 1.0}
+            values |= {0.0, ordered[0] - 1.0, ordered[-1] + 1.0}
         else:
-            found |= set(USUAL)
-        rounded = {round_to_single(value) for value in found} if self._single else found
+            values |= set(USUAL)
+        rounded = {round_to_single(value) for value in values} if self._single else values
         if isinstance(kind, Toroidal):
             rounded = {value for value in rounded if value < kind.period}
         return (*sorted(rounded), nan)
@@ -135,12 +135,12 @@ class ReadingWalk:
         tree = automaton.states[index].tree
         if tree is None:
             return
-        asked: dict[int, list[tuple[Node, int]]] = {}
+        nodes: dict[int, list[tuple[Node, int]]] = {}
         for node, child in self.paths[number, index][at]:
             source = automaton.features[tree.nodes[node].feature]
             if source.sort == "reading":
-                asked.setdefault(source.index, []).append((tree.nodes[node], child))
-        for slot, steps in asked.items():
+                nodes.setdefault(source.index, []).append((tree.nodes[node], child))
+        for slot, steps in nodes.items():
             fitting = [
                 x for x in self.values[slot] if all(find_child(node, x) == child for node, child in steps)
             ]

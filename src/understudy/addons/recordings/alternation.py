@@ -11,11 +11,8 @@ from numpy.typing import NDArray
 from understudy.addons.recordings.candidates import Candidate, CommandModel
 from understudy.addons.recordings.driver_model import DriverModel, estimate_gain, estimate_noise, guess_driver
 from understudy.addons.recordings.lattice import Lattice, find_states
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, Ints, RecordedDrive
 from understudy.addons.recordings.speed_share import estimate_shares, make_full_shares, scale_aims
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MOST_ROUNDS = 15
 STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)

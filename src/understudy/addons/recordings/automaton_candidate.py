@@ -11,8 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from understudy.addons.recordings.candidates import Floats, Ints, Prediction, compute_behavior_commands
-from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.candidates import (
+    Candidate,
+    Prediction,
+    compute_behavior_commands,
+)
+from understudy.addons.recordings.recorded_drive import Floats, Ints, RecordedDrive
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.library import Library
 from understudy.runtime.feature_columns import read_feature_column
@@ -21,7 +25,7 @@ from understudy.runtime.link import Program, link
 
 
 @dataclass(frozen=True, slots=True)
-class AutomatonCandidate:
+class AutomatonCandidate(Candidate):
     """A candidate that is an automaton of a library, with the targets of its parameters."""
 
     library: Library
@@ -32,11 +36,6 @@ class AutomatonCandidate:
     def name(self) -> str:
         """The automaton with its targets, such as "deposit(station)"."""
         return format_bound_name(self.behavior, self.binding, self.library.parameters(self.behavior))
-
-    @property
-    def follows_last(self) -> bool:
-        """False: it states what the driver aims at."""
-        return False
 
     def predict(self, drive: RecordedDrive) -> Prediction:
         """Return the commands of the automaton in each way in which its levels can stand."""

@@ -14,16 +14,13 @@ from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.recorded_drive import Floats, Ints, RecordedDrive
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.features import ReadingKey, ReadingsView, call_user_function
 from understudy.model.value_kinds import Column
 from understudy.runtime.link import GroundBehavior
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Constants: TypeAlias = Mapping[str, float]
 """The numbers of a command model by name."""
 
@@ -58,7 +55,7 @@ class Candidate(Protocol):
     @property
     def follows_last(self) -> bool:
         """Whether it states the command itself, not only what the driver aims at."""
-        ...
+        return False
 
     def predict(self, drive: RecordedDrive) -> Prediction:
         """Return the commands that it would give at each tick of a drive."""
@@ -169,7 +166,7 @@ class CommandModel:
 
 
 @dataclass(frozen=True, slots=True)
-class BehaviorCandidate:
+class BehaviorCandidate(Candidate):
     """A candidate that is a basic behavior with the targets of its parameters."""
 
     ground: GroundBehavior
@@ -178,11 +175,6 @@ class BehaviorCandidate:
     def name(self) -> str:
         """The behavior with its targets, such as "goto(ball)"."""
         return str(self.ground)
-
-    @property
-    def follows_last(self) -> bool:
-        """False: a behavior states what the driver aims at."""
-        return False
 
     def predict(self, drive: RecordedDrive) -> Prediction:
         """Return the command of the behavior at each tick."""

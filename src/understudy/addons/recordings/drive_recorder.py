@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, RecordedDrive
 from understudy.runtime.body import Body, list_reading_keys
 
-Floats = NDArray[np.float64]
 FIRST_ROWS = 256
 POSE = ("x", "y", "heading")
 

@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.addons.recordings.mapping_file import UNITS, CommandColumn, ReadingColumn, RecordingMap
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, RecordedDrive
 from understudy.addons.recordings.recorded_table import TIME, RecordedTable
 from understudy.addons.recordings.recording_readers import find_reader
 from understudy.errors import join_names
 from understudy.model.value_kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Channel, Reading
 
-Floats = NDArray[np.float64]
 COMMAND = "command."
 """The beginning of the names of columns of commands in a table that needs no mapping file."""
 MOST_UNEVEN = 0.1

@@ -20,7 +20,7 @@ from understudy.learning.fisher_test import compute_fisher_p
 from understudy.learning.fit import learn_state
 from understudy.learning.leave_one_out import compute_pairwise_distances
 from understudy.learning.training_set import group_examples_by_state
-from understudy.model.automaton import Transition
+from understudy.model.automaton import Automaton, Transition, name_next_state
 from understudy.model.describe import format_values
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Example, Lesson
@@ -220,11 +220,10 @@ def _compare_drivers(
     lesson: Lesson, state: str, names: tuple[str, str], learned: tuple[_LearnedState, _LearnedState]
 ) -> Iterator[DriverContradiction]:
     """Yield the contradictions of two drivers in a state: one for each two next states that their trees decide for."""
-    state_names = lesson.automaton.state_names
     cells: dict[tuple[str, str], tuple[list[Example], list[Example]]] = {}
     for side, each in enumerate(learned):
         for example in each.compared:
-            one, two = (_decide(other.function, state, example, state_names) for other in learned)
+            one, two = (_decide(other.function, lesson.automaton, state, example) for other in learned)
             if one is not None and two is not None and one != two:
                 cells.setdefault((one, two), ([], []))[side].append(example)
     used = _list_tested_features(lesson, [each.function for each in learned])
@@ -245,14 +244,11 @@ def _compare_drivers(
             )
 
 
-def _decide(function: Transition, state: str, example: Example, state_names: Sequence[str]) -> str | None:
+def _decide(function: Transition, automaton: Automaton, state: str, example: Example) -> str | None:
     """Return the next state that a function decides for; None for what its driver never showed."""
-    if isinstance(function, Tree):
-        _, leaf = function.path(example.values)
-        if leaf == STAY:
-            return None
-    outcome = function.decide(example.values)
-    return state if outcome == STAY else state_names[outcome]
+    if isinstance(function, Tree) and function.path(example.values)[1] == STAY:
+        return None
+    return name_next_state(automaton, state, function.decide(example.values))
 
 
 def _compute_chance(first: Sequence[Example], second: Sequence[Example], following: str) -> float:

@@ -17,11 +17,10 @@ import numpy as np
 from understudy.addons.recordings.lesson_from_drive import DriveLesson
 from understudy.errors import DefinitionError, join_names
 from understudy.model.automaton import Automaton, State
-from understudy.model.features import Feature
+from understudy.model.features import format_reading_label
 from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import Kit, Library
-from understudy.model.value_kinds import Categorical
-from understudy.training.feature_values import recompute_example_values
+from understudy.training.feature_values import list_steady_kit_readings, recompute_example_values
 
 T = TypeVar("T")
 
@@ -85,10 +84,7 @@ def _check_drivers(lessons: Sequence[DriveLesson]) -> None:
 
 def _check_readings(lessons: Sequence[DriveLesson]) -> None:
     for first, other in pairwise(lessons):
-        ours, theirs = (
-            [name if target is None else f"{name}({target})" for name, target in each.lesson.record.keys]
-            for each in (first, other)
-        )
+        ours, theirs = (list(map(format_reading_label, each.lesson.record.keys)) for each in (first, other))
         if ours != theirs:
             raise DefinitionError(
                 what=f"lesson of {join_names(other.drivers)}",
@@ -135,12 +131,7 @@ def _compute_values(lesson: Lesson, automaton: Automaton, kit: Kit) -> Lesson:
     merged = replace(lesson, automaton=automaton)
     if lesson.automaton.features == automaton.features:
         return merged
-    steady = frozenset(
-        feature.reading or ""
-        for feature in kit.features.values()
-        if isinstance(feature, Feature) and isinstance(feature.kind, Categorical)
-    )
-    return recompute_example_values(lesson, merged, lesson.record, steady=steady)
+    return recompute_example_values(lesson, merged, lesson.record, steady=list_steady_kit_readings(kit))
 
 
 def _keep_reaction_time(lesson: Lesson) -> Lesson:

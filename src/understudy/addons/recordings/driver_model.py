@@ -10,9 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from understudy.addons.recordings.recorded_drive import Floats
 
 OUTLIERS = 0.01
 """The share of commands that no candidate explains although its label is right."""

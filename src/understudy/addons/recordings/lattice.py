@@ -13,10 +13,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from understudy.addons.recordings.recorded_drive import Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +56,6 @@ class Lattice:
             else self.moves[tick].T[:, self.labels]
         )
         return np.where(self.labels == labels, -np.inf, every)
-
-
-def make_plain_lattice(fit: Floats, *, price: float, shortest: int = 1) -> Lattice:
-    """Make the lattice of labels that have one state each, from their fit [T, K]."""
-    ticks, count = fit.shape
-    every = np.arange(count)
-    return Lattice(fit, every, np.broadcast_to(every, (ticks, count)), None, price, shortest)
 
 
 class StayWindows(NamedTuple):

@@ -10,13 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from understudy.addons.recordings.recorded_drive import RecordedDrive
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import Categorical, Column, Toroidal
-
-Floats = NDArray[np.float64]
 
 LONGEST_S = 1.5
 """The longest latency, s, that is looked for."""
@@ -81,8 +78,8 @@ def estimate_motion_latencies(drive: RecordedDrive) -> tuple[MotionLatency, ...]
 def _list_rates(drive: RecordedDrive) -> Iterator[tuple[str, tuple[str, Column]]]:
     """Yield rates of change [T], 1/s, with the unit that a channel must have to be compared with them, by reading."""
     readings = {each.name: each for each in drive.readings}
-    for (name, target), column in drive.values.items():
-        reading, label = readings[name], name if target is None else f"{name}({target})"
+    for key, column in drive.values.items():
+        reading, label = readings[key[0]], format_reading_label(key)
         if isinstance(reading.kind, Categorical):
             continue
         if reading.unit in {each.unit for each in drive.channels if each.unit}:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from understudy.addons.recordings.lattice import Floats, Ints, Lattice, measure_windows
+from understudy.addons.recordings.lattice import Lattice, measure_windows
+from understudy.addons.recordings.recorded_drive import Floats, Ints
 
 
 def compute_posteriors(lattice: Lattice) -> Floats:

@@ -18,15 +18,13 @@ from numpy.typing import NDArray
 from understudy.addons.recordings.alternation import shift_ticks
 from understudy.addons.recordings.candidates import BehaviorCandidate, Candidate
 from understudy.addons.recordings.driver_model import DriverModel, guess_still_driver
-from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.recorded_drive import Floats, RecordedDrive
 from understudy.addons.recordings.segment import UNEXPLAINED, Segmentation, Span, label_drive, segment
 from understudy.errors import DefinitionError
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding
 from understudy.runtime.body import Channel
 from understudy.runtime.link import GroundBehavior
-
-Floats = NDArray[np.float64]
 
 LEAST_S = 1.0
 """The shortest time, s, that a proposed behavior has to explain in all."""

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, join_names
-from understudy.model.features import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey, format_reading_label
 from understudy.model.value_kinds import Column
 from understudy.runtime.body import Channel, Reading
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +142,19 @@ def find_places(drive: RecordedDrive) -> Floats | None:
     return None if x is None or y is None else np.column_stack([x, y])
 
 
+def select_ticks(
+    drive: RecordedDrive, ticks: NDArray[np.intp], episodes: Sequence[DriveEpisode]
+) -> RecordedDrive:
+    """Return a drive of some ticks only, which form these episodes."""
+    return replace(
+        drive,
+        times=drive.times[ticks],
+        values={key: column[ticks] for key, column in drive.values.items()},
+        commands=drive.commands[ticks],
+        episodes=tuple(episodes),
+    )
+
+
 def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> RecordedDrive:
     """Take pieces of a drive, spread evenly over it; a drive of at most `most` ticks stays whole.
 
@@ -169,16 +183,8 @@ def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> Record
     taken = [pieces[index] for index in np.linspace(0, len(pieces) - 1, count).round().astype(int).tolist()]
     ticks = np.concatenate([np.arange(each.first, each.end) for each in taken])
     starts = np.cumsum([0, *(each.end - each.first for each in taken)]).tolist()
-    return replace(
-        drive,
-        times=drive.times[ticks],
-        values={key: column[ticks] for key, column in drive.values.items()},
-        commands=drive.commands[ticks],
-        episodes=tuple(
-            DriveEpisode(each.source, first, end)
-            for each, (first, end) in zip(taken, pairwise(starts), strict=True)
-        ),
-    )
+    pairs = zip(taken, pairwise(starts), strict=True)
+    return select_ticks(drive, ticks, [DriveEpisode(each.source, first, end) for each, (first, end) in pairs])
 
 
 def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
@@ -235,13 +241,11 @@ def refuse_other_robot(first: RecordedDrive, other: RecordedDrive) -> None:
     DefinitionError
         If they have different readings or channels.
     """
-    _refuse_differences(first, other, "readings", *(_list_readings(each) for each in (first, other)))
+    _refuse_differences(
+        first, other, "readings", *(list(map(format_reading_label, each.values)) for each in (first, other))
+    )
     names = [[channel.name for channel in each.channels] for each in (first, other)]
     _refuse_differences(first, other, "channels", *names)
-
-
-def _list_readings(drive: RecordedDrive) -> list[str]:
-    return [quantity if target is None else f"{quantity}({target})" for quantity, target in drive.values]
 
 
 def _refuse_differences(

@@ -6,18 +6,15 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from understudy.addons.recordings.drive_examples import make_recording, name_state
 from understudy.addons.recordings.drive_kit import remove_functions
-from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.recorded_drive import Ints, RecordedDrive
 from understudy.addons.recordings.segment import Segmentation
 from understudy.model.library import Library
 from understudy.records.replay import ReplayBody
 from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
-
-Ints = NDArray[np.int64]
 
 OTHER = -1
 """The index of a state that is no label, such as start or a flag."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -9,14 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive, select_ticks
 from understudy.errors import FileError, SettingError
 from understudy.judging.episodes.run_episodes import read_trace_episodes
 from understudy.judging.run_header import TraceHeader, read_trace, trace_entry
 from understudy.judging.run_trace import ReadingInfo, TraceColumns, write_trace
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.records.header import RunInfo
-from understudy.records.message_types import format_reading_label
 from understudy.records.reader import Recording
 from understudy.runtime.body import Channel, Reading
 from understudy.sim.scenario.schema import Scenario
@@ -63,21 +63,11 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
         missing = "readings" if episode.commands else "commands"
         remedy = "run it again with `understudy run --trace`, of this version"
         raise FileError(path=path, place="", problem=f"the trace has no {missing}", remedy=remedy)
-    commands = np.column_stack(list(episode.commands.values()))
-    usable = np.flatnonzero(np.isfinite(commands).all(axis=1))
-    if not len(usable) or not np.ptp(commands[usable], axis=0).any():
-        problem, remedy = (
-            "its commands never change, so there is no motion to learn from",
-            "trace another run",
-        )
-        raise FileError(path=path, place="", problem=problem, remedy=remedy)
     labels = {label: _parse_label(label) for label in episode.readings}
-    starts = [0, *(np.flatnonzero(np.diff(usable) > 1) + 1).tolist(), len(usable)]
-    lost = len(commands) - len(usable)
-    drive = RecordedDrive(
-        times=episode.times[usable],
-        values={key: episode.readings[label][usable] for label, key in labels.items()},
-        commands=commands[usable],
+    whole = RecordedDrive(
+        times=episode.times,
+        values={key: episode.readings[label] for label, key in labels.items()},
+        commands=np.column_stack(list(episode.commands.values())),
         channels=tuple(Channel(name, unit=unit) for name, unit in header.commands.items()),
         readings=tuple(
             {
@@ -87,10 +77,26 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
         ),
         targets=tuple(dict.fromkeys(target for _, target in labels.values() if target is not None)),
         tick_s=episode.tick_s,
-        episodes=tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts)),
-        omissions=(f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else (),
+        episodes=(),
     )
-    return TraceDrive(drive, header, np.column_stack([episode.pose["x"], episode.pose["y"]])[usable])
+    drive, ticks = _leave_out_ticks(whole, path, robot, remedy="trace another run")
+    return TraceDrive(drive, header, np.column_stack([episode.pose["x"], episode.pose["y"]])[ticks])
+
+
+def _leave_out_ticks(
+    drive: RecordedDrive, path: Path, robot: int, *, remedy: str
+) -> tuple[RecordedDrive, NDArray[np.intp]]:
+    """Leave out the ticks without commands, and divide the drive there and at pauses; return the other ticks, too."""
+    ticks = np.flatnonzero(np.isfinite(drive.commands).all(axis=1))
+    if not len(ticks) or not np.ptp(drive.commands[ticks], axis=0).any():
+        problem = "its commands never change, so there is no motion to learn from"
+        raise FileError(path=path, place="", problem=problem, remedy=remedy)
+    apart = (np.diff(ticks) > 1) | (np.abs(np.diff(drive.times[ticks])) > 2 * drive.tick_s)
+    starts = [0, *(np.flatnonzero(apart) + 1).tolist(), len(ticks)]
+    episodes = tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts))
+    lost = drive.ticks - len(ticks)
+    omissions = (f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else ()
+    return replace(select_ticks(drive, ticks, episodes), omissions=omissions), ticks
 
 
 def write_trace_drive(
@@ -189,24 +195,16 @@ def make_recorded_drive(recording: Recording, *, robot: int = 0) -> RecordedDriv
     if not channels:
         remedy = "record it again with this version, or give --map MAP.toml with the topic of the commands"
         raise FileError(path=path, place="", problem="it has no commands by tick", remedy=remedy)
-    commands = np.column_stack([recording.commands[each.name][:, robot] for each in channels])
-    usable = np.flatnonzero(np.isfinite(commands).all(axis=1))
-    if not len(usable) or not np.ptp(commands[usable], axis=0).any():
-        problem = "its commands never change, so there is no motion to learn from"
-        raise FileError(path=path, place="", problem=problem, remedy="give a recording of a drive")
-    apart = (np.diff(usable) > 1) | (np.abs(np.diff(recording.times[usable])) > 2 * head.tick_s)
-    starts = [0, *(np.flatnonzero(apart) + 1).tolist(), len(usable)]
-    columns = recording.values[usable, :, robot]
-    present = [index for index in range(columns.shape[1]) if np.isfinite(columns[:, index]).any()]
-    lost = recording.ticks - len(usable)
-    return RecordedDrive(
-        times=recording.times[usable],
-        values={recording.keys[index]: columns[:, index].copy() for index in present},
-        commands=commands[usable],
+    whole = RecordedDrive(
+        times=recording.times,
+        values={key: recording.values[:, index, robot] for index, key in enumerate(recording.keys)},
+        commands=np.column_stack([recording.commands[each.name][:, robot] for each in channels]),
         channels=tuple(channels),
         readings=tuple(head.readings),
         targets=tuple(head.targets),
         tick_s=head.tick_s,
-        episodes=tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts)),
-        omissions=(f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else (),
+        episodes=(),
     )
+    drive, _ = _leave_out_ticks(whole, path, robot, remedy="give a recording of a drive")
+    present = {key: column for key, column in drive.values.items() if np.isfinite(column).any()}
+    return replace(drive, values=present)

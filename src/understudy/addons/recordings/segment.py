@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from understudy.addons.recordings.alternation import (
     DriverFit,
@@ -24,14 +23,18 @@ from understudy.addons.recordings.candidates import Candidate, CommandModel
 from understudy.addons.recordings.driver_model import DriverModel
 from understudy.addons.recordings.lattice import find_states
 from understudy.addons.recordings.posterior import compute_posteriors
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive, join_drives, sample_drive
+from understudy.addons.recordings.recorded_drive import (
+    DriveEpisode,
+    Floats,
+    Ints,
+    RecordedDrive,
+    join_drives,
+    sample_drive,
+)
 from understudy.addons.recordings.speed_share import make_full_shares, widen_noise
 from understudy.addons.recordings.switch_model import SwitchModel, learn_switches
 from understudy.errors import DefinitionError
 from understudy.model.features import BoundFeature
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 UNEXPLAINED = "unexplained"
 """The label of ticks whose commands no candidate explains."""

@@ -9,13 +9,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from understudy.addons.recordings.driver_model import DriverModel
-from understudy.addons.recordings.recorded_drive import RecordedDrive
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from understudy.addons.recordings.recorded_drive import Floats, Ints, RecordedDrive
 
 USUAL_SPREAD = 0.2
 """Standard deviation, before an episode is seen, of the share of full speed at which a driver drives, about 1."""

@@ -19,9 +19,8 @@ from understudy.addons.recordings.drive_examples import name_state
 from understudy.addons.recordings.segment import UNEXPLAINED, Segmentation
 from understudy.errors import DefinitionError, UnknownName, join_names
 from understudy.learning.fit import learn_state
-from understudy.model.automaton import START
+from understudy.model.automaton import START, name_next_state
 from understudy.model.lesson import Example, ExampleKind, Lesson
-from understudy.model.tree import STAY
 
 FOLDS = 5
 """The number of parts into which stays are dealt; each is judged by trees that are learned from the others."""
@@ -167,7 +166,6 @@ def _sign_test(better: int, worse: int) -> float:
 def _judge_stays(lesson: Lesson, state: str, stays: Sequence[_Stay]) -> NDArray[np.bool_]:
     """Return for each stay whether a tree that was learned from others stays and ends as the driver did."""
     right = np.zeros(len(stays), np.bool_)
-    index_of = {name: index for index, name in enumerate(lesson.automaton.state_names)}
     for fold in range(FOLDS):
         others = [example for at, stay in enumerate(stays) if at % FOLDS != fold for example in stay.examples]
         if not any(each.next != state for each in others):
@@ -175,8 +173,8 @@ def _judge_stays(lesson: Lesson, state: str, stays: Sequence[_Stay]) -> NDArray[
         decide = learn_state(lesson, state, tuple(others)).decide
         for at in range(fold, len(stays), FOLDS):
             right[at] = all(
-                (index_of[state] if outcome == STAY else outcome) == index_of[each.next]
-                for each, outcome in ((one, decide(one.values)) for one in stays[at].examples)
+                name_next_state(lesson.automaton, state, decide(each.values)) == each.next
+                for each in stays[at].examples
             )
     return right
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from understudy.addons.recordings.lesson_from_drive import DriveLesson
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
-from understudy.addons.recordings.rerun_drive import OTHER, Ints, measure_agreement, run_over_drive
+from understudy.addons.recordings.recorded_drive import DriveEpisode, Ints, RecordedDrive
+from understudy.addons.recordings.rerun_drive import OTHER, measure_agreement, run_over_drive
 from understudy.addons.recordings.segment import Segmentation
 from understudy.learning.fit import learn_automaton
 from understudy.model.learner_options import TreeOptions

@@ -13,14 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, RecordedDrive
 from understudy.model.features import BoundFeature
 from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.runtime.feature_columns import read_feature_column
-
-Floats = NDArray[np.float64]
 
 ROUNDS = 24
 STEPS = 100

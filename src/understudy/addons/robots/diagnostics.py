@@ -9,7 +9,7 @@ from math import inf, nan
 from understudy.addons.robots.inputs import LatestSample, TopicInput
 from understudy.addons.robots.robot import Robot
 from understudy.addons.robots.ros.transport import Publisher
-from understudy.model.features import ReadingKey
+from understudy.model.features import format_reading_label
 from understudy.sim.kit import list_type_readings
 
 SLOW = 0.8
@@ -61,7 +61,7 @@ def diagnose_connection(robot: Robot, *, seconds: float) -> ConnectionReport:
                 latest.count,
                 latest.rate_hz,
                 age_s if latest.count else nan,
-                {_label(key): fresh.get(key, nan) for key in source.keys},
+                {format_reading_label(key): fresh.get(key, nan) for key in source.keys},
                 source.readings[0].unit if source.readings else "m",
                 source.required,
                 _problem(name, topic, source, latest, age_s, peers),
@@ -74,11 +74,6 @@ def diagnose_connection(robot: Robot, *, seconds: float) -> ConnectionReport:
         )
     )
     return ConnectionReport(robot.file.name, seconds, arrivals, problems, _lacks(robot))
-
-
-def _label(key: ReadingKey) -> str:
-    name, target = key
-    return name if target is None else f"{name}({target})"
 
 
 def _lacks(robot: Robot) -> Sequence[str]:

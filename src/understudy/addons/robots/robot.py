@@ -39,7 +39,7 @@ from understudy.addons.robots.skills.cancel_all import make_cancel_sender
 from understudy.addons.robots.skills.robot_skills import RobotSkills
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import FileError, UnderstudyError, UnknownName, join_names
-from understudy.model.features import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey, format_reading_label
 from understudy.records.messages import encode_twist
 from understudy.records.recorder import RunRecorder
 from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading
@@ -194,10 +194,9 @@ class Robot:
             derived = self._derived.compute(self.time_s, values, self.guard.speeds[0])
             self._snapshot = values | derived | self.skills.values(now)
         values = self._snapshot
-        for reading, target in keys:
-            if (reading, target) not in values:
-                name = reading if target is None else f"{reading}({target})"
-                labels = [each if target is None else f"{each}({target})" for each, target in values]
+        for key in keys:
+            if key not in values:
+                name, labels = format_reading_label(key), list(map(format_reading_label, values))
                 raise UnknownName(what="reading", name=name, where=self._where, known=labels)
         return {key: values[key] for key in keys}
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from understudy.errors import FileError
 from understudy.judging.episodes.episode import Episode, EpisodePress
+from understudy.model.features import format_reading_label
 from understudy.model.lesson import Example
 from understudy.model.value_kinds import parse_kind
-from understudy.records.message_types import format_reading_label
 from understudy.runtime.interpreter import StackFrame
 from understudy.training.journal import (
     AnyEntry,

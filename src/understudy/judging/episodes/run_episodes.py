@@ -13,8 +13,8 @@ from understudy.errors import FileError
 from understudy.judging.episodes.episode import Episode, EpisodePress
 from understudy.judging.run_header import TraceHeader, read_trace
 from understudy.judging.run_trace import BETWEEN, COMMAND, COORDINATOR, READING, ReadingInfo
+from understudy.model.features import format_reading_label
 from understudy.model.value_kinds import Column, Kind, parse_kind
-from understudy.records.message_types import format_reading_label
 from understudy.records.reader import (
     PRESS,
     TEACH,

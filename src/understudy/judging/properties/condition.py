@@ -148,8 +148,8 @@ def _parse_clause(part: str, subject: str, whole: str) -> Clause:
             if word == comparison:
                 return Clause(subject, comparison, negated=negated)
         return Clause(subject, ClauseTest.LABEL, name=word, negated=negated)
-    shown = f"in {whole!r:.80}, {part!r:.60}" if part != whole else f"{whole!r:.80}"
-    raise SettingError(where="condition", setting=shown, problem="cannot be understood", remedy=_REMEDY)
+    place = f"in {whole!r:.80}, {part!r:.60}" if part != whole else f"{whole!r:.80}"
+    raise SettingError(where="condition", setting=place, problem="cannot be understood", remedy=_REMEDY)
 
 
 FACTORS = {
@@ -186,16 +186,16 @@ def convert_threshold(number: float, unit: str, *, of: str, to: str) -> float:
     SettingError
         If the unit is missing, does not fit, or is needless.
     """
-    known = FACTORS.get(to, {to: 1.0} if to else {"": 1.0})
-    if unit in known:
-        return number * known[unit]
+    factors = FACTORS.get(to, {to: 1.0} if to else {"": 1.0})
+    if unit in factors:
+        return number * factors[unit]
     written = f"{number:g}{'' if unit == '°' else ' '}{unit}" if unit else f"{number:g}"
-    in_one_of = f"write it in {join_names(known, word='or')}"
+    in_one_of = f"write it in {join_names(factors, word='or')}"
     if not to:
         problem, remedy = f"{written!r} has a unit, but {of} has none", f"write {number:g}"
     elif not unit:
         problem = f"{written!r} has no unit, but {of} is in {to}"
-        remedy = f"write {_join(number, to)}" if len(known) == 1 else in_one_of
+        remedy = f"write {_join(number, to)}" if len(factors) == 1 else in_one_of
     else:
         problem, remedy = f"{written!r} does not fit: {of} is in {to}", in_one_of
     raise SettingError(where="condition", setting="threshold", problem=problem, remedy=remedy)

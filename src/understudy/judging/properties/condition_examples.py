@@ -47,39 +47,39 @@ def list_condition_examples(
     tuple[ConditionExample, ...]
         The conditions, those with the same heading one after the other.
     """
-    found = [
-        ConditionExample("As it was shown", f"{flag}{RAISED} and {shown.condition}")
+    examples = [
+        ConditionExample("As it was shown", f"{flag}{RAISED} and {shown_range.condition}")
         for flag in flags
-        if (shown := find_shown_goal(library, behavior, flag)) is not None
+        if (shown_range := find_shown_goal(library, behavior, flag)) is not None
     ]
-    found += [ConditionExample("Goal and flags", f"{flag}{RAISED}") for flag in flags]
+    examples += [ConditionExample("Goal and flags", f"{flag}{RAISED}") for flag in flags]
     goal = world.scenario.goal
     if goal is not None:
-        found.append(ConditionExample("Goal and flags", GOAL))
+        examples.append(ConditionExample("Goal and flags", GOAL))
         counts = [
             name
             for name, is_counted in zip(COUNTS, (goal.delivered, goal.gathered), strict=True)
             if is_counted
         ]
-        found += [
+        examples += [
             ConditionExample("Goal and flags", f"{name} is at least 1 {COUNTS[name]}") for name in counts
         ]
     things = [name for name in name_things(world) if name != OBSTACLE or world.state.discs.shape[1]]
     if len(world.names.types) == 1:  # all robots are of it
         things = [name for name in things if name not in world.names.types or name == ROBOT]
     movable = [name for name in things if name != OBSTACLE]
-    found += [
+    examples += [
         ConditionExample("Regions", f"{name} is in {region}")
         for region in world.scenario.regions
         for name in movable
     ]
-    found += [
+    examples += [
         ConditionExample("Distances", f"distance({one}, {other}) is below 0.3 m")
         for one, other in combinations_with_replacement(things, 2)
         if one != OBSTACLE and (one != other or (one == ROBOT and world.agents > world.worlds))
     ]
-    found += [ConditionExample("Readings", text) for text in _list_readings(world, library)]
-    return tuple(found)
+    examples += [ConditionExample("Readings", text) for text in _list_readings(world, library)]
+    return tuple(examples)
 
 
 def _list_readings(world: World, library: Library) -> Iterator[str]:
@@ -94,9 +94,9 @@ def _list_readings(world: World, library: Library) -> Iterator[str]:
                 yield _compare(text, find_reading(text, library, world, binding={}, where="the world"))
 
 
-def _compare(text: str, found: NamedReading) -> str:
-    if isinstance(found.kind, Categorical):
-        return f"{text} is {found.kind.labels[-1]}"
-    if isinstance(found.kind, Toroidal) and found.unit == "rad":
+def _compare(text: str, reading: NamedReading) -> str:
+    if isinstance(reading.kind, Categorical):
+        return f"{text} is {reading.kind.labels[-1]}"
+    if isinstance(reading.kind, Toroidal) and reading.unit == "rad":
         return f"{text} is between -30° and 30°"
-    return f"{text} is below 1 {found.unit}".rstrip()
+    return f"{text} is below 1 {reading.unit}".rstrip()

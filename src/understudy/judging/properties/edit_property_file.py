@@ -155,18 +155,18 @@ def write_property(path: Path | str, name: str, table: Mapping[str, Any] | None)
     with convert_os_errors(path, "writing the property", remedy="make the library's folder writable"):
         path.parent.mkdir(parents=True, exist_ok=True)
         with lock_folder(path.parent):
-            given = read_text(path) if path.exists() else HEAD
-            tables = parse_tables(path, given)
-            text = given.replace("\r\n", "\n")
-            found = remove_table(text, name) if table is None else set_table(text, name, table)
+            before = read_text(path) if path.exists() else HEAD
+            tables = parse_tables(path, before)
+            text = before.replace("\r\n", "\n")
+            after = remove_table(text, name) if table is None else set_table(text, name, table)
             wanted = {key: value for key, value in tables.items() if key != name}
             if table is not None:
                 wanted = tables | {name: dict(table)}
-            if not _has_tables(path, found, wanted):
+            if not _has_tables(path, after, wanted):
                 remedy = f"change it there, or begin the property with [{format_toml_key(name)}]"
                 problem = "is written in a form that only a person can change"
                 raise FileError(path=path, place=name, problem=problem, remedy=remedy)
-            ends = found.replace("\n", "\r\n") if "\r\n" in given else found
+            ends = after.replace("\n", "\r\n") if "\r\n" in before else after
             write_atomically(path, ends.encode())
 
 

@@ -15,7 +15,7 @@ from understudy.learning.fit import learn
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Lesson, ReadingLog
-from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton, list_dependencies
 from understudy.model.property import Property, StoredMoment
 from understudy.sim.team.libraries import Libraries
 from understudy.storage.document import fingerprint_automaton
@@ -122,26 +122,14 @@ def _since(
     libraries: Libraries,
 ) -> tuple[str, ...]:
     """List the automata whose former version makes a property hold."""
-    found = []
+    causes = []
     for each in list_dependencies(library, name):
         former = formers.get(each)
         if former is None or not has_changed(former, library.taught[each]):
             continue
         if run_moment_property(subject, name, library.with_automaton(former), libraries).was_met:
-            found.append(each)
-    return tuple(found)
-
-
-def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
-    """List an automaton and the automata that it runs, directly or through others."""
-    found: dict[str, None] = {}
-    waiting = [name]
-    while waiting:
-        each = waiting.pop()
-        if each in library.taught and each not in found:
-            found[each] = None
-            waiting += [state.behavior or "" for state in library.taught[each].automaton.states]
-    return tuple(found)
+            causes.append(each)
+    return tuple(causes)
 
 
 def list_dependents(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[str, ...]:
@@ -149,14 +137,14 @@ def list_dependents(library: Library, name: str, libraries: Libraries = NOBODY) 
 
     Automata of coordinators in other libraries that order one of these are listed as SORT/NAME.
     """
-    found: dict[str, None] = {}
+    users: dict[str, None] = {}
     waiting = [name]
     while waiting:
         each = waiting.pop()
-        waiting += [user for user in library.find_users(each) if user not in found]
-        found |= dict.fromkeys(library.find_users(each))
-    ordering = (f"{sort}/{user}" for sort, user in _ordering({name, *found}, library, libraries))
-    return (*found, *ordering)
+        waiting += [user for user in library.find_users(each) if user not in users]
+        users |= dict.fromkeys(library.find_users(each))
+    ordering = (f"{sort}/{user}" for sort, user in _ordering({name, *users}, library, libraries))
+    return (*users, *ordering)
 
 
 def _ordering(runs: set[str], library: Library, libraries: Libraries) -> Iterator[tuple[str, str]]:
@@ -190,14 +178,18 @@ def find_regressions(
     """
     if former is None:
         return ()
-    found = list(describe_lost_decisions(replay_lesson(taught, former)))
+    sentences = list(describe_lost_decisions(replay_lesson(taught, former)))
     now, before = (_AllLibraries(library, each, libraries) for each in (taught, former))
     for sort, each in now.list_runners(taught.automaton.name):
         for subject in _list_properties(now.find_library(sort).taught[each]):
-            known = not (isinstance(subject.start, StoredMoment) and subject.start.sort) or libraries
-            if known and not now.does_hold(subject, sort, each) and before.does_hold(subject, sort, each):
-                found.append(f"{f'{sort}/' if sort else ''}{each} no longer has the property: {subject}")
-    return tuple(found)
+            is_testable = not (isinstance(subject.start, StoredMoment) and subject.start.sort) or libraries
+            if (
+                is_testable
+                and not now.does_hold(subject, sort, each)
+                and before.does_hold(subject, sort, each)
+            ):
+                sentences.append(f"{f'{sort}/' if sort else ''}{each} no longer has the property: {subject}")
+    return tuple(sentences)
 
 
 class _AllLibraries:
@@ -230,8 +222,8 @@ def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
     by_way: dict[tuple[str, str, str], list[str]] = {}
     for each in replay.regressions:
         by_way.setdefault((each.state, each.shown, each.now), []).append(str(each.number))
-    for (state, shown, now), numbers in by_way.items():
-        was = f"stayed in {state}" if shown == state else f"went from {state} to {shown}"
+    for (state, wanted, now), numbers in by_way.items():
+        was = f"stayed in {state}" if wanted == state else f"went from {state} to {wanted}"
         more = f" and {len(numbers) - MOST_NAMED} more" if len(numbers) > MOST_NAMED else ""
         which = f"example{'s' * (len(numbers) > 1)} {', '.join(numbers[:MOST_NAMED])}{more}"
         does = "stays" if now == state else f"goes to {now}"
@@ -241,38 +233,40 @@ def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
 MOST_CHANGES = 6
 
 
-def describe_test_result(seen: LessonTestResult, former: str) -> Iterator[str]:
+def describe_test_result(result: LessonTestResult, former: str) -> Iterator[str]:
     """Yield sentences about a test result, the most serious first.
 
     `former` is how the text calls the former version, such as "version 3".
     """
-    yield from describe_regressions(seen)
-    yield from describe_other_differences(seen, former)
+    yield from describe_regressions(result)
+    yield from describe_other_differences(result, former)
 
 
-def describe_regressions(seen: LessonTestResult) -> Iterator[str]:
+def describe_regressions(result: LessonTestResult) -> Iterator[str]:
     """Yield sentences about decisions that became wrong and properties that failed."""
-    yield from describe_lost_decisions(seen.replayed)
-    yield from map(describe_failed_property, seen.failed)
+    yield from describe_lost_decisions(result.replayed)
+    yield from map(describe_failed_property, result.failed)
 
 
-def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[str]:
+def describe_other_differences(result: LessonTestResult, former: str) -> Iterator[str]:
     """Yield sentences about other differences from the lesson or the former version, and the automata they affect.
 
     `former` is how the text calls the former version, such as "version 3".
     """
-    numbers = [str(each.number) for each in seen.replayed.mismatches]
+    numbers = [str(each.number) for each in result.replayed.mismatches]
     if numbers:
         many = f"{len(numbers)} example{'s' * (len(numbers) != 1)}"
         yield f"{many} decided differently than shown: {', '.join(numbers)}"
-    if seen.replayed.overruled:
-        watched = f"{seen.replayed.overruled} of {seen.replayed.watched} moments in which you watched"
+    if result.replayed.overruled:
+        watched = f"{result.replayed.overruled} of {result.replayed.watched} moments in which you watched"
         yield f"{watched}: it decides otherwise than it did"
-    if seen.replayed.changes:
-        yield _anew(seen.replayed)
-    if seen.changed:
-        run = "runs" if len(seen.affected) == 1 else "run"
-        yield f"changed since {former}" + (f"; {join_names(seen.affected)} {run} it" if seen.affected else "")
+    if result.replayed.changes:
+        yield _anew(result.replayed)
+    if result.changed:
+        run = "runs" if len(result.affected) == 1 else "run"
+        yield f"changed since {former}" + (
+            f"; {join_names(result.affected)} {run} it" if result.affected else ""
+        )
 
 
 def describe_failed_property(each: FailedProperty) -> str:
@@ -286,11 +280,11 @@ def describe_failed_property(each: FailedProperty) -> str:
 def _anew(replay: LessonReplay) -> str:
     """Describe the decisions that changed at moments in the second before presses."""
     total = sum(each.moments for each in replay.changes)
-    said = join_names(
+    changes = join_names(
         f"{each.now} instead of {each.formerly} in {each.state} ({each.moments})"
         for each in replay.changes[:MOST_CHANGES]
     )
-    return f"at {total} of {replay.before} moments before presses it decides anew: {said}"
+    return f"at {total} of {replay.before} moments before presses it decides anew: {changes}"
 
 
 def find_regressions_since_saved(

@@ -167,19 +167,19 @@ def _bind_count(clause: Clause, world: World) -> Margin:
 
 def _bind_reading(clause: Clause, run: BehaviorRun) -> Margin:
     try:
-        found = run.find_reading(clause.subject)
+        reading = run.find_reading(clause.subject)
     except UnknownName as error:
         world = run.world
         if error.what == "target" or world is None:
             raise
-        known = [*error.known, *COUNTS, *UNITS, "distance(…, …)"]
-        known += [f"{things} is in REGION" for things in name_things(world)] if world.scenario.regions else []
+        names = [*error.known, *COUNTS, *UNITS, "distance(…, …)"]
+        names += [f"{things} is in REGION" for things in name_things(world)] if world.scenario.regions else []
         raise UnknownName(
-            what="feature or reading", name=clause.subject, where=error.where, known=known
+            what="feature or reading", name=clause.subject, where=error.where, known=names
         ) from None
-    kind = found.reading.kind
+    kind = reading.reading.kind
     if clause.comparison is ClauseTest.ABSENT:
-        return lambda: _sign(np.isnan(found.read()), negated=clause.negated)
+        return lambda: _sign(np.isnan(reading.read()), negated=clause.negated)
     if isinstance(kind, Categorical):
         if clause.comparison.is_of_number:
             remedy = f"write '{clause.subject} is {kind.labels[-1]}'"
@@ -190,22 +190,22 @@ def _bind_reading(clause: Clause, run: BehaviorRun) -> Margin:
         wanted = float(kind.labels.index(clause.name))
 
         def read_label() -> NDArray[np.float64]:
-            values = found.read()
+            values = reading.read()
             return np.where(np.isnan(values), -1.0, _sign(values == wanted, negated=clause.negated))
 
         return read_label
     if not clause.comparison.is_of_number:
-        example = "below 0.5" if not found.reading.unit else f"below 0.5 {found.reading.unit}"
+        example = "below 0.5" if not reading.reading.unit else f"below 0.5 {reading.reading.unit}"
         raise _wrong(clause, "compares a number with a word", f"write '{clause.subject} is {example}'")
     if not isinstance(kind, Toroidal):
-        return _bind_number(clause, found.read, unit=found.reading.unit, scale=None)
+        return _bind_number(clause, reading.read, unit=reading.reading.unit, scale=None)
     half = kind.period / 2
 
     def read_angle() -> Column:
-        values: Column = np.mod(found.read() + half, kind.period) - half
+        values: Column = np.mod(reading.read() + half, kind.period) - half
         return values
 
-    return _bind_number(clause, read_angle, unit=found.reading.unit, scale=pi * kind.period / (2 * pi))
+    return _bind_number(clause, read_angle, unit=reading.reading.unit, scale=pi * kind.period / (2 * pi))
 
 
 def _bind_number(

@@ -16,7 +16,7 @@ from understudy.errors import SettingError
 from understudy.judging.behavior_run import BehaviorRun
 from understudy.judging.properties.condition import ClauseTest, Condition, parse_condition
 from understudy.judging.properties.goal_progress import GoalProgress
-from understudy.judging.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition, check_goal
+from understudy.judging.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition
 from understudy.judging.rollout import (
     TICKS_AT_ONCE,
     Instant,
@@ -107,8 +107,8 @@ def monitor_property(
         raise SettingError(
             where="property", setting="limit_s", problem="is missing", remedy="give the longest run in s"
         )
-    roll_out(run, [*also, watch], limit_s, to_goal=watch.ends, progress=progress)
-    return watch.make_outcomes(run.ticks)
+    roll_out(run, [*also, watch], limit_s, to_goal=watch.to_goal, progress=progress)
+    return watch.judge()
 
 
 def find_longest_run(subject: Property) -> float | None:
@@ -122,20 +122,20 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     """Make what observes a property during a run; see `monitor_property` for the errors."""
     seconds = 0.0 if subject.seconds is None else subject.seconds
     start, always = subject.start, subject.kind is PropertyKind.ALWAYS
-    ends = not isinstance(start, StoredMoment) and bool(start.seeds) and not always
+    to_goal = not isinstance(start, StoredMoment) and bool(start.seeds) and not always
     if subject.kind is PropertyKind.PROGRESS:
-        return ProgressWatch(run, seconds, ends=ends)
+        return ProgressWatch(run, seconds, to_goal=to_goal)
     condition = parse_condition(subject.what)
     margin = bind_condition(condition, run, flags)
     if subject.kind is PropertyKind.NEVER_LONGER:
-        return DurationWatch(run, margin, seconds, ends=ends)
+        return DurationWatch(run, margin, seconds, to_goal=to_goal)
     if run.knows_times and run.is_fused and (flag := find_flag(condition)) is not None:
-        return FlagWatch(run, flag, seconds, ends=ends, wanted=subject.kind is PropertyKind.ALWAYS)
+        return FlagWatch(run, flag, seconds, to_goal=to_goal, wanted=subject.kind is PropertyKind.ALWAYS)
     if subject.kind is PropertyKind.ALWAYS and is_goal(condition):
         return GoalWatch(run, seconds)
     if subject.kind is PropertyKind.ALWAYS:
         return EventWatch(run, margin, seconds)
-    return NeverWatch(run, margin, ends=ends)
+    return NeverWatch(run, margin, to_goal=to_goal)
 
 
 def find_flag(condition: Condition) -> str | None:
@@ -151,30 +151,36 @@ def is_goal(condition: Condition) -> bool:
     return clause is not None and clause.comparison is ClauseTest.REACHED and not clause.negated
 
 
-class Watch(Monitor, ABC):
-    """What observes a property in B worlds.
+class Watch(SuccessMonitor, ABC):
+    """What observes a property in B worlds, and decides which of them succeed by it.
 
     `failed` and `reached` are the ticks [B] at which the property failed, or what it demands was reached; -1 before.
-    `over` are the worlds [B] about which nothing more can be learned. With `ends`, runs end at the scenario's goal.
+    `over` are the worlds [B] about which nothing more can be learned. With `to_goal`, runs end at the scenario's goal.
     """
 
-    def __init__(self, run: BehaviorRun, *, ends: bool, stride: int = 1) -> None:
-        super().__init__(run.worlds, stride=stride)
-        self.run, self.ends, self.worlds, self.tick_s = run, ends, run.worlds, run.body.tick_s
+    def __init__(self, run: BehaviorRun, *, to_goal: bool, stride: int = 1) -> None:
+        super().__init__(run, stride=stride, to_goal=to_goal)
+        self.run, self.worlds, self.tick_s = run, run.worlds, run.body.tick_s
         self.failed, self.reached = np.full(self.worlds, -1), np.full(self.worlds, -1)
 
     @abstractmethod
     def finish(self, last: int) -> NDArray[np.float64]:
         """Decide what is open after the last tick; return the robustness [B]."""
 
-    def make_outcomes(self, last: int) -> PropertyOutcomes:
+    def judge(self) -> PropertyOutcomes:
         """Make the outcomes of the property after the last tick."""
-        robustness = self.finish(last)
+        robustness = self.finish(self.run.ticks)
         failed, reached = (
             np.where(each >= 0, each * self.tick_s, np.nan) for each in (self.failed, self.reached)
         )
         size = np.maximum(np.abs(robustness), NEXT_TO_NOTHING)
         return PropertyOutcomes(failed, reached, np.where(self.failed >= 0, -size, size))
+
+    def find_success_s(self, limits: Column) -> Column:
+        """Return how long each world took to succeed [B], s: until what is demanded is reached, or else the limit."""
+        outcomes = self.judge()
+        took = np.where(np.isnan(outcomes.reached_s), limits, outcomes.reached_s)
+        return np.where(outcomes.held, took, np.nan)
 
 
 @dataclass(frozen=True)
@@ -196,38 +202,19 @@ class PropertyRule(SuccessRule):
 
     def find_limit(self, scenario: Scenario) -> float:
         """Return the longest run in a scenario, s."""
-        given = find_longest_run(self.subject)
-        return scenario.limit_s if given is None else given
+        limit_s = find_longest_run(self.subject)
+        return scenario.limit_s if limit_s is None else limit_s
 
     def make_monitor(self, run: BehaviorRun, flags: Collection[str]) -> SuccessMonitor:
         """Make what decides whether the property holds in the worlds of a run."""
-        return _PropertyMonitor(run, make_watch(self.subject, run, flags))
-
-
-class _PropertyMonitor(SuccessMonitor):
-    """What decides whether a property holds: a success takes until what it demands is reached, or else the limit."""
-
-    def __init__(self, run: BehaviorRun, watch: Watch) -> None:
-        super().__init__(run, stride=watch.stride, to_goal=watch.ends)
-        self._run, self._watch = run, watch
-
-    def look(self, now: Instant) -> None:
-        """Let the watch observe the worlds."""
-        self._watch.look(now)
-        self.over = self._watch.over
-
-    def find_success_s(self, limits: Column) -> Column:
-        """Return how long each world took to succeed [B], s; NaN where the property failed."""
-        found = self._watch.make_outcomes(self._run.ticks)
-        took = np.where(np.isnan(found.reached_s), limits, found.reached_s)
-        return np.where(found.held, took, np.nan)
+        return make_watch(self.subject, run, flags)
 
 
 class NeverWatch(Watch):
     """Watch a condition that must never hold, for any agent."""
 
-    def __init__(self, run: BehaviorRun, margin: Margin, *, ends: bool) -> None:
-        super().__init__(run, ends=ends)
+    def __init__(self, run: BehaviorRun, margin: Margin, *, to_goal: bool) -> None:
+        super().__init__(run, to_goal=to_goal)
         self._margin, self._worst = margin, np.full(self.worlds, -1.0)
 
     def look(self, now: Instant) -> None:
@@ -246,8 +233,8 @@ class NeverWatch(Watch):
 class TimedWatch(Watch):
     """A watch of a property that demands that something is reached within a time."""
 
-    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool, stride: int = 1) -> None:
-        super().__init__(run, ends=ends, stride=stride)
+    def __init__(self, run: BehaviorRun, seconds: float, *, to_goal: bool, stride: int = 1) -> None:
+        super().__init__(run, to_goal=to_goal, stride=stride)
         self._seconds = seconds
 
     def fail_late(self, last: int, missed: Column) -> NDArray[np.float64]:
@@ -261,7 +248,7 @@ class EventWatch(TimedWatch):
     """Watch a condition that must hold within a time, for all agents at once."""
 
     def __init__(self, run: BehaviorRun, margin: Margin, seconds: float) -> None:
-        super().__init__(run, seconds, ends=False)
+        super().__init__(run, seconds, to_goal=False)
         self._margin, self._best = margin, np.full(self.worlds, -1.0)
 
     def look(self, now: Instant) -> None:
@@ -280,13 +267,13 @@ class GoalWatch(TimedWatch):
     """Watch that the goal of the scenario is reached within a time, many ticks at once."""
 
     def __init__(self, run: BehaviorRun, seconds: float) -> None:
-        super().__init__(run, seconds, ends=True, stride=TICKS_AT_ONCE if run.is_fused else 1)
-        self._world, _ = check_goal(run.world)
-        self._left, self._first = GoalProgress(run.world), self._world.state.tick.copy()
+        super().__init__(run, seconds, to_goal=True, stride=TICKS_AT_ONCE if run.is_fused else 1)
+        self._left = GoalProgress(run.world)
+        self._first = self._left.world.state.tick.copy()
 
     def look(self, now: Instant) -> None:
         """Observe the worlds."""
-        finished = self._world.state.finished
+        finished = self._left.world.state.finished
         new = now.running & (finished >= 0)
         self.reached[new] = np.maximum(finished - self._first, 0)[new]
         self.over |= new
@@ -299,8 +286,8 @@ class GoalWatch(TimedWatch):
 class FlagWatch(TimedWatch):
     """Watch whether a flag is raised, many ticks at once: by all agents within a time if `wanted`, or never by any."""
 
-    def __init__(self, run: BehaviorRun, flag: str, seconds: float, *, ends: bool, wanted: bool) -> None:
-        super().__init__(run, seconds, ends=ends, stride=TICKS_AT_ONCE)
+    def __init__(self, run: BehaviorRun, flag: str, seconds: float, *, to_goal: bool, wanted: bool) -> None:
+        super().__init__(run, seconds, to_goal=to_goal, stride=TICKS_AT_ONCE)
         self._flag, self._wanted = flag, wanted
 
     def look(self, now: Instant) -> None:
@@ -308,8 +295,8 @@ class FlagWatch(TimedWatch):
         times = self.run.find_raised_s(self._flag)
         when = times.max(axis=1) if self._wanted else np.fmin.reduce(times, axis=1)
         new = now.running & ~np.isnan(when)
-        found = self.reached if self._wanted else self.failed
-        found[new] = np.rint(when[new] / self.tick_s)
+        noted = self.reached if self._wanted else self.failed
+        noted[new] = np.rint(when[new] / self.tick_s)
         self.over |= new
 
     def finish(self, last: int) -> NDArray[np.float64]:
@@ -322,8 +309,8 @@ class FlagWatch(TimedWatch):
 class LastingWatch(Watch):
     """An observer in each world of a condition that must not hold longer than a given time."""
 
-    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool, stride: int = 1) -> None:
-        super().__init__(run, ends=ends, stride=stride)
+    def __init__(self, run: BehaviorRun, seconds: float, *, to_goal: bool, stride: int = 1) -> None:
+        super().__init__(run, to_goal=to_goal, stride=stride)
         self._seconds, self._longest = seconds, np.zeros(self.worlds)
 
     def note_duration(self, lasted: Column, now: Instant) -> None:
@@ -342,8 +329,8 @@ class LastingWatch(Watch):
 class DurationWatch(LastingWatch):
     """Watch a condition that must hold for no longer than a time without a break, for any agent."""
 
-    def __init__(self, run: BehaviorRun, margin: Margin, seconds: float, *, ends: bool) -> None:
-        super().__init__(run, seconds, ends=ends)
+    def __init__(self, run: BehaviorRun, margin: Margin, seconds: float, *, to_goal: bool) -> None:
+        super().__init__(run, seconds, to_goal=to_goal)
         self._margin = margin
         self._since: NDArray[np.float64] | None = None
 
@@ -360,8 +347,8 @@ class DurationWatch(LastingWatch):
 class ProgressWatch(LastingWatch):
     """Watch the time in which the scenario's goal comes no nearer, once a second."""
 
-    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool) -> None:
-        super().__init__(run, seconds, ends=ends, stride=max(1, round(LOOK_S / run.body.tick_s)))
+    def __init__(self, run: BehaviorRun, seconds: float, *, to_goal: bool) -> None:
+        super().__init__(run, seconds, to_goal=to_goal, stride=max(1, round(LOOK_S / run.body.tick_s)))
         self._goal = GoalProgress(run.world)
         self._least, self._since = self._goal.measure_remainder(), np.zeros(self.worlds, np.int64)
 

@@ -92,17 +92,17 @@ def offer_goals(
     breaks = {TOUCHED: words.touching_nothing} if collides else {}
     if not of_coordinator and _is_driving(lesson, world.scenario):
         breaks |= _describe_standing(world, start, speed)
-    found = [_make_kept_goal(each, start, breaks) for each in _list_kept(lesson, start)[:1]]
+    goals = [_make_kept_goal(each, start, breaks) for each in _list_kept(lesson, start)[:1]]
     if collides:
-        found.append(Property(kind=PropertyKind.NEVER, what=TOUCHED, start=start, name=words.never_touching))
+        goals.append(Property(kind=PropertyKind.NEVER, what=TOUCHED, start=start, name=words.never_touching))
     if (area := _compute_demanded_area(world, start, speed)) > CELL_M**2:
         text = f"{area:g} {UNITS[COVERED]}"
         name = f"covers at least {text} of ground in {start.limit_s:g} s{words.each}"
         what = f"{COVERED} is at least {text}"
-        found.append(
+        goals.append(
             Property(kind=PropertyKind.ALWAYS, what=what, seconds=start.limit_s, start=start, name=name)
         )
-    return tuple(found)
+    return tuple(goals)
 
 
 def find_behavior_success(library: Library, behavior: str) -> Property | str | None:
@@ -137,8 +137,10 @@ def describe_goal(lesson: Lesson, *, of_world: bool) -> str:
         return success.name or success.claim
     if success is None:
         return "the goal of the world is reached" if of_world else ""
-    shown = find_shown_range(lesson, success)
-    return f"{success}{RAISED}" + (", wherever that is" if shown is None else f" and {shown.condition}")
+    shown_range = find_shown_range(lesson, success)
+    return f"{success}{RAISED}" + (
+        ", wherever that is" if shown_range is None else f" and {shown_range.condition}"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,41 +162,41 @@ def _list_kept(lesson: Lesson, start: SeededWorlds) -> list[_KeptRange]:
         return []
     values = np.array([lesson_values for lesson_values, _ in moments])
     seconds = np.array([each for _, each in moments])
-    kept = list[_KeptRange]()
+    ranges = list[_KeptRange]()
     for index, feature in enumerate(lesson.automaton.features):
         if isinstance(feature.feature, Feature) and isinstance(feature.kind, Continuous):
-            kept += _find_kept(feature, values[:, index], seconds)
+            ranges += _find_kept(feature, values[:, index], seconds)
     limit_s = start.limit_s or RUN_S
-    fitting = [each for each in kept if each.break_s <= limit_s / 2]
+    fitting = [each for each in ranges if each.break_s <= limit_s / 2]
     return sorted(fitting, key=lambda each: (isinf(each.high), each.share))
 
 
 def _list_moments(lesson: Lesson) -> list[tuple[tuple[float, ...], float]]:
     """List the values of the features and the time, s, at each moment of a lesson, in order."""
-    found = dict[int, tuple[tuple[float, ...], float]]()
+    moments = dict[int, tuple[tuple[float, ...], float]]()
     for each in select_teaching_examples(lesson):
         moment = each.moment
         if moment is not None and moment < len(lesson.record):
-            found[moment] = each.values, float(lesson.record.seconds[moment])
-    return [found[moment] for moment in sorted(found)]
+            moments[moment] = each.values, float(lesson.record.seconds[moment])
+    return [moments[moment] for moment in sorted(moments)]
 
 
 def _find_kept(feature: BoundFeature, values: Column, seconds: Column) -> Iterator[_KeptRange]:
     """Yield the narrowest range that has the share KEPT of some values [M], or else the lower limit of that share."""
-    known = np.sort(values[~np.isnan(values)])
+    present = np.sort(values[~np.isnan(values)])
     count, absent = ceil(KEPT * len(values)), bool(np.isnan(values).any())
-    if len(known) < count or known[0] == known[-1]:
+    if len(present) < count or present[0] == present[-1]:
         return
-    widths = known[count - 1 :] - known[: len(known) - count + 1]
+    widths = present[count - 1 :] - present[: len(present) - count + 1]
     first = int(widths.argmin())
-    share = float(widths[first] / (known[-1] - known[0]))
+    share = float(widths[first] / (present[-1] - present[0]))
     low, high = _round_outward(
-        float(known[first]), float(known[first + count - 1]), float(known[-1] - known[0])
+        float(present[first]), float(present[first + count - 1]), float(present[-1] - present[0])
     )
     if share > LARGEST_SHARE:
-        if feature.binding or not known[0] > 0:
+        if feature.binding or not present[0] > 0:
             return  # how far away a target is, is not free space
-        low, high = _round_outward(float(known[0]), np.inf, float(known[-1] - known[0]))
+        low, high = _round_outward(float(present[0]), np.inf, float(present[-1] - present[0]))
         if low <= 0:
             return  # kept by whatever it does
     inside = (values >= low) & (values <= high)
@@ -225,8 +227,10 @@ def _is_driving(lesson: Lesson, scenario: Scenario) -> bool:
         for state in lesson.automaton.states
         if state.behavior is not None and basics.get(state.behavior, {"drive": 1.0}).get("drive")
     }
-    shown = [each.state in driving for each in select_teaching_examples(lesson) if each.moment is not None]
-    return sum(shown) >= MOVING * len(shown)
+    is_driving = [
+        each.state in driving for each in select_teaching_examples(lesson) if each.moment is not None
+    ]
+    return sum(is_driving) >= MOVING * len(is_driving)
 
 
 def _describe_standing(world: World, start: SeededWorlds, speed: float) -> dict[str, str]:
@@ -241,24 +245,26 @@ def _describe_standing(world: World, start: SeededWorlds, speed: float) -> dict[
     return {f"{COVERED}({seconds} s) is below {MOVING_SQUARES * CELL_M**2:g} {UNITS[COVERED]}": "moves on"}
 
 
-def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, breaks: Mapping[str, str]) -> Property:
+def _make_kept_goal(kept_range: _KeptRange, start: SeededWorlds, breaks: Mapping[str, str]) -> Property:
     """Make the goal that a range is kept; a robot that is stuck at something, or stands still, keeps nothing.
 
     `breaks` are conditions in which nothing is kept, each with what is demanded instead, in words.
     """
-    feature, unit = kept.feature, kept.feature.feature.unit
-    low, high = (f"{end:g} {unit}".strip() for end in (kept.low, kept.high))
+    feature, unit = kept_range.feature, kept_range.feature.feature.unit
+    low, high = (f"{end:g} {unit}".strip() for end in (kept_range.low, kept_range.high))
     what = f"{feature} is below {low}"
     name = f"keeps {feature} at {low} or more"
-    if not isinf(kept.high):
+    if not isinf(kept_range.high):
         what += f" or above {high}"
-        name = f"keeps {feature} between {kept.low:g} and {high}"
-    if kept.was_absent:
+        name = f"keeps {feature} between {kept_range.low:g} and {high}"
+    if kept_range.was_absent:
         what += " or absent"
     what = " or ".join([what, *breaks])
     name = join_names([name, *breaks.values()])
-    name += f", but for at most {kept.break_s:g} s at a time"
-    return Property(kind=PropertyKind.NEVER_LONGER, what=what, seconds=kept.break_s, start=start, name=name)
+    name += f", but for at most {kept_range.break_s:g} s at a time"
+    return Property(
+        kind=PropertyKind.NEVER_LONGER, what=what, seconds=kept_range.break_s, start=start, name=name
+    )
 
 
 def _compute_demanded_area(world: World, start: SeededWorlds, speed: float) -> float:

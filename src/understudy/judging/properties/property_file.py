@@ -111,9 +111,9 @@ def parse_tables(path: Path | str, text: str) -> dict[str, Any]:
     """Parse the text of a file of properties into its tables, by name; FileError if it is not such a text."""
     document = parse_toml(text, path)
     begin = "let the file begin with " + join_names(repr(line) for line in HEAD.splitlines())
-    given = document.pop("understudy", None)
-    if given != FORMAT:
-        problem = "is missing" if given is None else f"is {given!r:.60}: this is not a file of properties"
+    mark = document.pop("understudy", None)
+    if mark != FORMAT:
+        problem = "is missing" if mark is None else f"is {mark!r:.60}: this is not a file of properties"
         raise FileError(path=path, place="understudy", problem=problem, remedy=begin)
     version = document.pop("version", None)
     if type(version) is not int or version < 1:
@@ -189,33 +189,33 @@ def parse_property(path: Path | str, name: str, table: object) -> Property:
 
 def _read_claim(path: Path, name: str, table: PropertyTable) -> tuple[PropertyKind, str, float | None]:
     """Return the kind of a property, its condition, and its time."""
-    given = {
+    values = {
         "within_s": table.within_s,
         "while": table.while_,
         "without": table.without,
     }
     if not isinstance(table.never, UnsetType):
-        _refuse(path, name, given, "never")
+        _refuse(path, name, values, "never")
         return PropertyKind.NEVER, table.never, None
     if not isinstance(table.always, UnsetType):
         if isinstance(table.within_s, UnsetType):
             raise _error(path, name, "within_s", "is missing", "give the time in s")
-        _refuse(path, name, given, "always", "within_s")
+        _refuse(path, name, values, "always", "within_s")
         return PropertyKind.ALWAYS, GOAL if table.always == "goal" else table.always, table.within_s
     seconds = 0.0 if isinstance(table.never_longer_than_s, UnsetType) else table.never_longer_than_s
     if not isinstance(table.while_, UnsetType):
-        _refuse(path, name, given, "never_longer_than_s", "while")
+        _refuse(path, name, values, "never_longer_than_s", "while")
         return PropertyKind.NEVER_LONGER, table.while_, seconds
     if table.without != PROGRESS:
         problem = "is missing" if isinstance(table.without, UnsetType) else f"is {table.without!r:.60}"
         raise _error(path, name, "without", problem, "write without = 'progress', or while = CONDITION")
-    _refuse(path, name, given, "never_longer_than_s", "without")
+    _refuse(path, name, values, "never_longer_than_s", "without")
     return PropertyKind.PROGRESS, PROGRESS, seconds
 
 
-def _refuse(path: Path, name: str, given: dict[str, Any], claim: str, *fitting: str) -> None:
+def _refuse(path: Path, name: str, values: dict[str, Any], claim: str, *fitting: str) -> None:
     """Refuse keys that do not belong to a claim."""
-    for key, value in given.items():
+    for key, value in values.items():
         if not isinstance(value, UnsetType) and key not in fitting:
             raise _error(path, name, key, f"does not belong to {claim}", "leave it out")
 
@@ -224,16 +224,16 @@ def _list_seeds(path: Path, name: str, table: PropertyTable) -> tuple[int, ...]:
     seeds = table.seeds
     remedy = "give their number, as seeds = 200, or a list, or { first = 1000, count = 200 }"
     if isinstance(seeds, tuple):
-        found = seeds
+        chosen = seeds
     else:
         first, count = (0, seeds) if isinstance(seeds, int) else (seeds.first, seeds.count)
         if not 1 <= count <= MOST_SEEDS:
             raise _error(path, name, "seeds", f"are {count}", f"{remedy}, at most {MOST_SEEDS}")
-        found = tuple(range(first, first + count))
-    if not found or min(found) < 0 or len(set(found)) < len(found):
-        problem = "are none" if not found else "are below 0" if min(found) < 0 else "are not all different"
+        chosen = tuple(range(first, first + count))
+    if not chosen or min(chosen) < 0 or len(set(chosen)) < len(chosen):
+        problem = "are none" if not chosen else "are below 0" if min(chosen) < 0 else "are not all different"
         raise _error(path, name, "seeds", problem, remedy)
-    return found
+    return chosen
 
 
 def locate_world(path: Path | str, world: str) -> str:

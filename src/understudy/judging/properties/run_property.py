@@ -167,9 +167,9 @@ def make_property_task(subject: Property, library: Library | Libraries, scenario
     UnboundParameter
         If a parameter of the behavior is not bound to a target.
     """
-    libraries, sort, behavior, found = find_runners(library, subject.behavior, scenario)
-    link(found, behavior, subject.targets)
-    criteria = Criteria(None, find_flags(found, behavior), {}, {})
+    libraries, sort, behavior, own = find_runners(library, subject.behavior, scenario)
+    link(own, behavior, subject.targets)
+    criteria = Criteria(None, find_flags(own, behavior), {}, {})
     return EvaluationTask(libraries, sort, behavior, scenario, dict(subject.targets), criteria, None)
 
 
@@ -219,7 +219,7 @@ def run_property(
         raise TypeError("a property from a stored moment has no seeds")
     task = make_property_task(subject, library, scenario)
     flag = _find_demanded_flag(subject)
-    shown = find_shown_goal(task.library, task.behavior, flag)
+    shown_range = find_shown_goal(task.library, task.behavior, flag)
     seeds, done, raised = subject.start.seeds, list[PropertyOutcomes](), list[RaisedRange]()
     last = 0
     for first, last in _divide(subject, len(seeds)):
@@ -228,7 +228,7 @@ def run_property(
             progress(first + through, len(seeds))
 
         run = task.make_run(scenario, seeds[first:last])
-        reader = make_raised_reader(run, Criteria(flag, task.criteria.flags, {}, {}, shown))
+        reader = make_raised_reader(run, Criteria(flag, task.criteria.flags, {}, {}, shown_range))
         also = [] if reader is None else [reader]
         done.append(monitor_property(subject, run, task.criteria.flags, also=also, progress=report))
         if reader is not None:
@@ -278,13 +278,13 @@ def describe_result(result: PropertyResult) -> Iterator[str]:
     if failures == 0 and at_least is None:
         yield f"no failure in {many}: it fails in at most {_percent(high)} of worlds, at 95 %"
     else:
-        seen = (
+        counted = (
             f"no failure in {many}"
             if not failures
             else f"{failures} of {many} failed ({_percent(failures / worlds)})"
         )
         kind = "95 % interval at any time" if result.is_sequential else "exact 95 % interval"
-        yield f"{seen}; {kind} of failures: {_percent(low)} to {_percent(high)}"
+        yield f"{counted}; {kind} of failures: {_percent(low)} to {_percent(high)}"
     if at_least is not None:
         yield _describe_decision(result, at_least)
     if failures:
@@ -296,14 +296,14 @@ def describe_result(result: PropertyResult) -> Iterator[str]:
 
 def _describe_decision(result: PropertyResult, at_least: float) -> str:
     start = result.tested.start
-    given = len(start.seeds) if isinstance(start, SeededWorlds) else 1
-    saved = f", decided after {result.worlds} of {given}" if result.worlds < given else ""
+    most = len(start.seeds) if isinstance(start, SeededWorlds) else 1
+    saved = f", decided after {result.worlds} of {most}" if result.worlds < most else ""
     if result.verdict is Verdict.HOLDS:
         return f"it holds in at least {_percent(at_least)} of worlds{saved}"
     if result.verdict is Verdict.FAILS:
         return f"it holds in less than {_percent(at_least)} of worlds{saved}"
     fewest = count_fewest_trials(at_least)
-    more = f": give at least {fewest} seeds" if given < fewest else ": give more seeds"
+    more = f": give at least {fewest} seeds" if most < fewest else ": give more seeds"
     return f"undecided whether it holds in at least {_percent(at_least)} of worlds{more}"
 
 
@@ -311,13 +311,13 @@ MOST_SEEDS = 5
 
 
 def _describe_failures(result: PropertyResult) -> str:
-    shown = [
+    places = [
         f"seed {seed} after {result.outcomes.failed_s[row]:.1f} s"
         for row, seed in enumerate(result.seeds)
         if not result.outcomes.held[row]
     ]
-    more = f", and {len(shown) - MOST_SEEDS} more" if len(shown) > MOST_SEEDS else ""
-    return f"failed with {', '.join(shown[:MOST_SEEDS])}{more}"
+    more = f", and {len(places) - MOST_SEEDS} more" if len(places) > MOST_SEEDS else ""
+    return f"failed with {', '.join(places[:MOST_SEEDS])}{more}"
 
 
 def _percent(share: float) -> str:

@@ -5,21 +5,15 @@ from __future__ import annotations
 from functools import cache
 from types import MappingProxyType
 
-import numpy as np
-from numpy.typing import NDArray
-
 from understudy.errors import SessionError, UnderstudyError
-from understudy.judging.behavior_run import BehaviorRun, RunReading
-from understudy.judging.named_reading import find_reading
+from understudy.judging.behavior_run import ProgramRun
 from understudy.judging.properties.monitor import monitor_property
 from understudy.judging.properties.run_property import PropertyResult
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.property import RAISED, Property, PropertyKind, StoredMoment
 from understudy.runtime.body import is_rewindable
-from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.link import IDLE_PROGRAM, link
-from understudy.runtime.run_loop import Run
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.scenario.files import format_scenario, parse_scenario
 from understudy.sim.scenario.schema import Scenario
@@ -60,9 +54,9 @@ def add_moment_property(session: Session, *, flag: str, within_s: float) -> Prop
 
     It is a step of the session that can be undone.
     """
-    made = make_moment_property(session, flag=flag, within_s=within_s)
-    session.change_design(properties=(*session.lesson.properties, made))
-    return made
+    added = make_moment_property(session, flag=flag, within_s=within_s)
+    session.change_design(properties=(*session.lesson.properties, added))
+    return added
 
 
 def run_moment_property(
@@ -75,8 +69,8 @@ def run_moment_property(
     if not isinstance(subject.start, StoredMoment):
         raise TypeError("a property of seeded worlds has no stored moment")
     try:
-        run = MomentRun(subject, subject.start, name, library, libraries)
-        outcomes = monitor_property(subject, run, run.flags)
+        run = start_at_moment(subject, subject.start, name, library, libraries)
+        outcomes = monitor_property(subject, run, library.automaton(name).flags)
     except UnderstudyError as error:
         return PropertyResult.from_problem(subject, str(error))
     except KeyError as error:
@@ -84,8 +78,10 @@ def run_moment_property(
     return PropertyResult(subject, (), outcomes)
 
 
-class MomentRun(BehaviorRun):
-    """A behavior that one agent runs from a stored moment, while all other agents idle.
+def start_at_moment(
+    subject: Property, start: StoredMoment, name: str, library: Library, libraries: Libraries
+) -> ProgramRun:
+    """Start a behavior of one agent at a stored moment, while all other agents idle.
 
     Parameters
     ----------
@@ -99,34 +95,18 @@ class MomentRun(BehaviorRun):
         The library that has it.
     libraries
         For a coordinator, the library of each sort of agents.
+
+    Returns
+    -------
+    ProgramRun
+        The run before the first tick, whose flags and readings are those of the agent only.
     """
-
-    def __init__(
-        self, subject: Property, start: StoredMoment, name: str, library: Library, libraries: Libraries
-    ) -> None:
-        body = _make_body(start, {**libraries, start.sort: library})
-        body.restore(start.snapshot)
-        super().__init__(body, 1)
-        if not 0 <= start.agent < body.agents:
-            raise SessionError(f"there is no agent {start.agent} in its world: they are counted from 0")
-        self._doer = Interpreter(link(library, name, subject.targets), now=body.time_s)
-        agents = [Interpreter(IDLE_PROGRAM, now=body.time_s) for _ in range(body.agents)]
-        agents[start.agent] = self._doer
-        self._run, self._library, self._targets = Run(body, agents), library, subject.targets
-        self._chosen = np.arange(body.agents) == start.agent
-        self.flags = frozenset(library.automaton(name).flags)
-
-    def _tick(self) -> None:
-        self._run.tick()
-
-    def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
-        """Return whether the agent has raised a flag [1, 1]."""
-        return np.array([[self._doer.root.flag == flag]])
-
-    def find_reading(self, text: str) -> RunReading:
-        """Find a reading of the agent by its name."""
-        found = find_reading(text, self._library, self.body, binding=self._targets, where="the body")
-        return RunReading(found, lambda: self.body.sense(found.keys), 1, self._chosen)
+    body = _make_body(start, {**libraries, start.sort: library})
+    body.restore(start.snapshot)
+    if not 0 <= start.agent < body.agents:
+        raise SessionError(f"there is no agent {start.agent} in its world: they are counted from 0")
+    program, others = link(library, name, subject.targets), [IDLE_PROGRAM] * body.agents
+    return ProgramRun(body, program, library, subject.targets, agent=start.agent, others=others)
 
 
 def _make_body(start: StoredMoment, libraries: Libraries) -> World | CoordinatorBody:

@@ -6,7 +6,7 @@ The hierarchy under each root is laid out as ground instances. Parts that progra
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -57,13 +57,14 @@ class StateSlot:
     """The state that a number in compiled tables stands for, by names.
 
     `binding` has the target of each parameter of the automaton. `memory` has the place of each counter and timer of the
-    automaton in the memory of an agent.
+    automaton in the memory of an agent, and `sources` says where the value of each of its features is found.
     """
 
     automaton: str
     state: str
     binding: Binding
     memory: Mapping[Kept, int]
+    sources: NDArray[np.int32] = field(compare=False)
 
     def __str__(self) -> str:
         return f"{self.automaton}/{self.state}"
@@ -214,6 +215,7 @@ class _TableWriter:
         ground, automaton, memory = self.grounds[number], self.automata[number], self.memories[number]
         first = len(self.states)
         sources = [self.source(source, memory) for source in ground.sources]
+        codes = np.array(sources, np.int32)
         trees: dict[int, int] = {}  # states may share one
         for state, child, changes in zip(automaton.states, ground.children, ground.changes, strict=True):
             transition = automaton.transitions.get(state.name)
@@ -226,7 +228,6 @@ class _TableWriter:
                     trees[id(transition)] = asks
                 asks = trees[id(transition)]
             elif transition is not None:
-                codes = np.array(sources, np.int32)
                 self.python_transitions[len(self.states)] = PythonTransition(
                     transition, codes, first, len(automaton.states)
                 )
@@ -235,7 +236,7 @@ class _TableWriter:
             begun = len(self.changes)
             self.changes.extend(_change(change, memory) for change in changes)
             self.states.append((asks, max(child, -1), max(-1 - child, -1), flag, begun, len(self.changes)))
-            self.places.append(StateSlot(automaton.name, state.name, ground.binding, memory))
+            self.places.append(StateSlot(automaton.name, state.name, ground.binding, memory, codes))
         slots = memory.values()
         self.instances.append((first, min(slots, default=0), max(slots, default=-1) + 1))
 

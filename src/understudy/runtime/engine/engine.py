@@ -288,6 +288,31 @@ class Engine:
                     raise
                 _pulse_kernels.resume_agents(agents, following, columns, now, tables, stacks, running)
 
+    def read_decisions(self, agents: Sequence[int]) -> list[tuple[StateSlot, tuple[float, ...]]]:
+        """Read what the automata at the roots of agents decide on in the next tick.
+
+        Parameters
+        ----------
+        agents
+            Indices of the agents, whose roots are automata.
+
+        Returns
+        -------
+        list
+            The state of each, and its present feature vector; NaN where absent.
+        """
+        columns, now = self._sensing.columns(self.body.sense(self.keys)), float(self.body.time_s)
+        at_root = np.full(self.body.agents, -1, np.int32)
+        decisions = []
+        for agent in agents:
+            place = self.compiled.places[self.stacks.state[agent, 0]]
+            values, rows = np.empty((1, len(place.sources))), np.array([agent], np.int32)
+            _pulse_kernels.gather_feature_vectors(
+                rows, at_root, place.sources, columns, now, self.compiled.tables, self.stacks, values
+            )
+            decisions.append((place, tuple(values[0].tolist())))
+        return decisions
+
     def path(self, agent: int) -> tuple[str, ...]:
         """Return what an agent is doing.
 

@@ -7,6 +7,7 @@ from math import dist, floor, hypot, pi
 from typing import NamedTuple
 
 from msgspec import UNSET
+from msgspec.structs import replace
 
 from understudy.sim.layout.clearance import (
     Segment,
@@ -77,6 +78,14 @@ def list_placed(scenario: Scenario) -> Iterator[tuple[str, Placement, float]]:
         yield f"objects[{index}]", thing, thing.radius
     for index, robots in enumerate(scenario.robots):
         yield f"robots[{index}]", robots, scenario.types[robots.type].radius
+
+
+def replace_placed(scenario: Scenario, key: str, thing: Placement | None) -> Scenario:
+    """Return a scenario with another thing at a key such as "objects[0]", or without any there."""
+    section, _, index = key.removesuffix("]").partition("[")
+    things = list(getattr(scenario, section))
+    things[int(index) : int(index) + 1] = [] if thing is None else [thing]
+    return replace(scenario, **{section: tuple(things)})
 
 
 def _check_region(checker: ScenarioErrors, key: str, region: ArenaRegion) -> None:

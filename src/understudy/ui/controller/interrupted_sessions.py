@@ -10,11 +10,11 @@ import re
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import chain, count
-from math import isnan
 from pathlib import Path
 from urllib.parse import unquote
 
 from understudy.errors import UnderstudyError
+from understudy.learning.training_set import identify_teaching
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.storage.append_log import JournalLock
@@ -106,25 +106,10 @@ def reopen_journal(ended: Path) -> None:
 
 def is_same_lesson(first: Lesson, second: Lesson) -> bool:
     """Return whether two lessons have the same examples, design and options, apart from their records."""
-    chosen = [(each.automaton, each.options, each.properties, each.goal) for each in (first, second)]
-    return chosen[0] == chosen[1] and (
-        [_kept(first, index) for index in range(len(first.examples))]
-        == [_kept(second, index) for index in range(len(second.examples))]
+    one, other = (
+        (each.properties, each.goal, identify_teaching(each, with_watched=True)) for each in (first, second)
     )
-
-
-def _kept(lesson: Lesson, index: int) -> tuple[object, ...]:
-    example = lesson.examples[index]
-    numbers = tuple(None if isnan(number) else number for number in example.values)
-    return (
-        example.number,
-        example.state,
-        example.next,
-        example.kind,
-        example.correction,
-        numbers,
-        example.quarantined,
-    )
+    return one == other
 
 
 def _of(library: Path, name: str, ending: str) -> list[Path]:

@@ -6,7 +6,7 @@ Where presses have made it worse, the best version is named, and undo leads back
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -19,12 +19,14 @@ from understudy.addons.checks.falsification.holding_test import (
 from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds
 from understudy.addons.checks.falsification.open_failure import BEFORE_S
 from understudy.addons.checks.falsification.session_setup import SessionSetup
+from understudy.coaching.fast_forward import stop_watching
 from understudy.errors import SessionError
 from understudy.judging.properties.offered_goals import find_success
 from understudy.judging.properties.run_property import Verdict
 from understudy.judging.raised_range import describe_raised
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import find_shown_range
+from understudy.learning.training_set import identify_teaching
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.training.trainee import Mode
@@ -281,23 +283,15 @@ class LessonContinuation:
             session.test()
         if not session.paused:
             trainer.pause()
-        watching, session.is_watching = session.is_watching, False
-        try:
-            while session.body.time_s < mistake.wrong_s - BEFORE_S - session.body.tick_s / 2:
-                session.tick()
-        finally:
-            session.is_watching = watching
+        with stop_watching(session):
+            session.run_for(max(0.0, mistake.wrong_s - BEFORE_S - session.body.time_s))
         trainer.note_moved(f"World {mistake.seed}")
         return session.body.time_s
 
 
 def describe_teaching(lesson: Lesson) -> object:
-    """Return a value that changes with each press or edit that changes what is learned, and with nothing else.
-
-    The moments of examples in the record are left out.
-    """
-    presses = [replace(each, moment=None) for each in lesson.examples if each.is_from_press]
-    return lesson.automaton, lesson.options, lesson.goal, presses
+    """Return a value that changes with each press or edit that changes what is learned, or what success means."""
+    return lesson.goal, identify_teaching(lesson)
 
 
 def count_presses(lesson: Lesson) -> int:

@@ -6,6 +6,7 @@ from math import isnan
 
 from rich.text import Text
 
+from understudy.model.features import format_reading_label
 from understudy.model.plain_names import format_names
 from understudy.model.value_kinds import Categorical
 from understudy.runtime.body import Reading, list_reading_keys
@@ -23,11 +24,11 @@ def render_body_readings(body: BodyWorld, agent: int, *, lines: int) -> Text:
     keys = list_reading_keys(body)
     listed = keys[: max(0, lines - 2)]
     percept = body.sense(listed)
-    for name, target in listed:
-        label = format_names(name if target is None else f"{name}({target})")
-        value = float(percept[name, target][agent])
+    for key in listed:
+        label = format_names(format_reading_label(key))
+        value = float(percept[key][agent])
         text.append(f"{label:<{NAME_WIDTH}.{NAME_WIDTH}} ")
-        text.append(f"{format_reading(reading_of[name], value)}\n", "bold")
+        text.append(f"{format_reading(reading_of[key[0]], value)}\n", "bold")
     if len(listed) < len(keys):
         text.append(f"and {len(keys) - len(listed)} more", DIM)
     return text

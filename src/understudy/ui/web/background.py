@@ -14,7 +14,8 @@ from typing import Generic, TypeVar
 
 from understudy.clock import REAL_TIME
 from understudy.judging.rollout import Progress
-from understudy.model.lesson import Example, Lesson
+from understudy.learning.training_set import identify_teaching
+from understudy.model.lesson import Lesson
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.clients import Client
@@ -148,11 +149,5 @@ class LessonIdentity:
             return ()
         lesson, _ = trainer.explainer.learn_lesson()
         if lesson is not self._lesson:
-            presses = (each for each in lesson.examples if each.is_from_press)
-            self._lesson = lesson
-            self._key = (lesson.automaton, lesson.options, tuple(map(_identify_example, presses)))
+            self._lesson, self._key = lesson, identify_teaching(lesson)
         return self._key
-
-
-def _identify_example(example: Example) -> tuple[object, ...]:
-    return (example.number, example.state, example.next, repr(example.values), example.quarantined)

@@ -18,7 +18,7 @@ from understudy.addons.checks.falsification.falsify import (
 from understudy.addons.checks.falsification.random_search import RandomSearch, search_at_random
 from understudy.clock import REAL_TIME
 from understudy.judging.evaluation_task import EvaluationTask
-from understudy.judging.explain_run import DecisionReason, explain_query
+from understudy.judging.explain_run import DecisionReason, explain_answer
 from understudy.judging.rollout import skip_progress
 from understudy.judging.tracing import TracedRun
 from understudy.model.value_kinds import Column
@@ -46,8 +46,10 @@ class BodyMeasure:
 
     def __call__(self, seeds: Sequence[int]) -> Column:
         """Run the behavior once for each seed; return the share of the limit that was left, -1 without the goal."""
-        found = self.task.run(seeds, skip_progress).taught
-        left: Column = np.where(found.finished, (found.limit_s - found.seconds) / found.limit_s, MISSED)
+        outcomes = self.task.run(seeds, skip_progress).taught
+        left: Column = np.where(
+            outcomes.finished, (outcomes.limit_s - outcomes.seconds) / outcomes.limit_s, MISSED
+        )
         return left
 
 
@@ -92,8 +94,8 @@ def falsify_on_body(
     """
     began_s = clock()
 
-    def progress(found: RandomSearch) -> None:
-        report("Worlds at random", found.runs, found.failed)
+    def progress(search: RandomSearch) -> None:
+        report("Worlds at random", search.runs, search.failed)
 
     random = search_at_random(
         BodyMeasure(task),
@@ -174,12 +176,11 @@ class BodyReplay:
     def _find_last_switch(self, agent: int) -> DecisionReason | None:
         """Return the last switch of an agent; None if it never switched."""
         switches = [
-            (each.machine, each.asked)
+            (each.machine, each.query)
             for each in self._run.list_active(agent)
-            if each.asked is not None and each.asked.is_switch
+            if each.query is not None and each.query.is_switch
         ]
-        found = switches[0] if switches else self._run.last_switches.get(agent)
-        if found is None:
+        latest = switches[0] if switches else self._run.last_switches.get(agent)
+        if latest is None:
             return None
-        machine, query = found
-        return explain_query(str(machine.instance), query, self._task.library.taught[machine.automaton.name])
+        return explain_answer(*latest, self._task.library.taught)

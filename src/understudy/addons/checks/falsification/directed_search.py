@@ -52,7 +52,7 @@ def search_directed(
     most_runs: int | None = None,
     seconds: float | None = None,
     most_failures: int = 1,
-    progress: Callable[[DirectedSearch], None] = lambda found: None,
+    progress: Callable[[DirectedSearch], None] = lambda search: None,
     clock: Callable[[], float] = REAL_TIME,
 ) -> DirectedSearch:
     """Search for failing worlds near those that came nearest to failing, until enough, the time, or Ctrl-C.
@@ -89,28 +89,28 @@ def search_directed(
         If the package cma is not installed.
     """
     import_cma()
-    rng, found = np.random.default_rng(seed), DirectedSearch()
+    rng, search = np.random.default_rng(seed), DirectedSearch()
     end = None if seconds is None else clock() + seconds
 
     def is_over() -> bool:
         is_late = end is not None and clock() >= end
-        return is_late or len(found.failures) >= most_failures or found.runs == most_runs
+        return is_late or len(search.failures) >= most_failures or search.runs == most_runs
 
     try:
         for first in chain(start, (rng.random(len(space)) for _ in count())):
             strategy = _start_strategy(first, rng)
-            begun = found.runs
-            while found.runs < begun + RUNS_PER_START and not strategy.stop():
+            begun = search.runs
+            while search.runs < begun + RUNS_PER_START and not strategy.stop():
                 vectors = strategy.ask()
-                some = vectors if most_runs is None else vectors[: most_runs - found.runs]
-                robustness = run_vectors(measure, space, some, rng, found)
-                progress(found)
+                some = vectors if most_runs is None else vectors[: most_runs - search.runs]
+                robustness = run_vectors(measure, space, some, rng, search)
+                progress(search)
                 if is_over():
-                    return found
+                    return search
                 strategy.tell(vectors, robustness)
     except KeyboardInterrupt:
-        found.interrupted = True
-    return found
+        search.interrupted = True
+    return search
 
 
 def _start_strategy(first: Column, rng: np.random.Generator) -> Any:
@@ -132,7 +132,7 @@ def run_vectors(
     space: SearchSpace,
     vectors: Sequence[Column],
     rng: np.random.Generator,
-    found: DirectedSearch,
+    search: DirectedSearch,
 ) -> list[float]:
     """Run the worlds of some vectors, and add the runs and the failing worlds to the results of a search.
 
@@ -146,7 +146,7 @@ def run_vectors(
         The vectors [d], in [0, 1).
     rng
         Draws the seeds, which decide about what the vectors do not vary.
-    found
+    search
         The results of the search so far, which are changed.
 
     Returns
@@ -159,12 +159,12 @@ def run_vectors(
         with suppress(SettingError):
             trials.append(Trial(space.decode(np.asarray(vector)), int(rng.integers(2**31))))
             rows.append(row)
-    found.runs += len(vectors)
+    search.runs += len(vectors)
     robustness = [1.0] * len(vectors)
     results = measure(trials).robustness.tolist() if trials else []
     for row, trial, each in zip(rows, trials, results, strict=True):
         robustness[row] = each
-        found.nearest = min(found.nearest, each)
+        search.nearest = min(search.nearest, each)
         if each < 0:
-            found.failures.append((each, trial))
+            search.failures.append((each, trial))
     return robustness

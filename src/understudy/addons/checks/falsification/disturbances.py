@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from understudy.sim.params import count_robots, get_count_range
 from understudy.sim.scenario.schema import Breakdown, Scenario
+from understudy.sim.scenario.validate_places import replace_placed
 from understudy.sim.view import WorldView
 
 FACTOR = 2.0
@@ -152,57 +153,42 @@ def list_breakdown_ranges(scenario: Scenario) -> Iterator[BreakdownRange]:
 
 def apply_breakdowns(scenario: Scenario, shares: Mapping[BreakdownRange, float]) -> Scenario:
     """Return a scenario in which these numbers and times are given, each at a share of the way in its range."""
-    groups = [list(robots.fails) for robots in scenario.robots]
     for each, share in shares.items():
-        chosen = each.choose(share)
-        breakdown = groups[each.group][each.index]
-        groups[each.group][each.index] = (
-            replace(breakdown, at_s=chosen) if each.is_time else replace(breakdown, count=int(chosen))
-        )
-    return _replace_breakdowns(scenario, groups)
+        chosen, breakdown = each.choose(share), scenario.robots[each.group].fails[each.index]
+        breakdown = replace(breakdown, **({"at_s": chosen} if each.is_time else {"count": int(chosen)}))
+        scenario = _replace_breakdown(scenario, each.group, each.index, breakdown)
+    return scenario
 
 
 def list_fewer_breakdowns(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:
     """Yield the scenario without any robot that fails, then without each, then with rounder times."""
-    groups = [list(robots.fails) for robots in scenario.robots]
-    if not any(groups):
-        return
-    yield "no robot fails", _replace_breakdowns(scenario, [[] for _ in groups])
-    for group, breakdowns in enumerate(groups):
-        for index, breakdown in enumerate(breakdowns):
-            rest = [*breakdowns[:index], *breakdowns[index + 1 :]]
-            yield (
-                "a robot less fails",
-                _replace_breakdowns(scenario, [*groups[:group], rest, *groups[group + 1 :]]),
-            )
-            for robot in breakdown.robots or ():
-                others = tuple(each for each in breakdown.robots or () if each != robot)
-                if others:
-                    yield (
-                        "a robot less fails",
-                        _replace_breakdown(scenario, group, index, replace(breakdown, robots=others)),
-                    )
-    for group, breakdowns in enumerate(groups):
-        for index, breakdown in enumerate(breakdowns):
-            if isinstance(breakdown.at_s, tuple):
-                continue
-            for step in TIMES_S:
-                rounder = round(round(breakdown.at_s / step) * step, 3)
-                if not (breakdown.at_s / step).is_integer():
-                    yield (
-                        f"a robot fails at {rounder:g} s",
-                        _replace_breakdown(scenario, group, index, replace(breakdown, at_s=rounder)),
-                    )
+    breakdowns = [
+        (group, index, breakdown)
+        for group, robots in enumerate(scenario.robots)
+        for index, breakdown in enumerate(robots.fails)
+    ]
+    if breakdowns:
+        robots = tuple(replace(each, fails=()) for each in scenario.robots)
+        yield "no robot fails", replace(scenario, robots=robots)
+    for group, index, breakdown in breakdowns:
+        yield "a robot less fails", _replace_breakdown(scenario, group, index)
+        for robot in breakdown.robots or ():
+            others = tuple(each for each in breakdown.robots or () if each != robot)
+            if others:
+                fewer = replace(breakdown, robots=others)
+                yield "a robot less fails", _replace_breakdown(scenario, group, index, fewer)
+    for group, index, breakdown in breakdowns:
+        if isinstance(breakdown.at_s, tuple):
+            continue
+        for step in TIMES_S:
+            rounder = round(round(breakdown.at_s / step) * step, 3)
+            if not (breakdown.at_s / step).is_integer():
+                changed = replace(breakdown, at_s=rounder)
+                yield f"a robot fails at {rounder:g} s", _replace_breakdown(scenario, group, index, changed)
 
 
-def _replace_breakdown(scenario: Scenario, group: int, index: int, breakdown: Breakdown) -> Scenario:
-    groups = [list(robots.fails) for robots in scenario.robots]
-    groups[group][index] = breakdown
-    return _replace_breakdowns(scenario, groups)
-
-
-def _replace_breakdowns(scenario: Scenario, groups: list[list[Breakdown]]) -> Scenario:
-    robots = tuple(
-        replace(each, fails=tuple(fails)) for each, fails in zip(scenario.robots, groups, strict=True)
-    )
-    return replace(scenario, robots=robots)
+def _replace_breakdown(scenario: Scenario, group: int, index: int, *breakdowns: Breakdown) -> Scenario:
+    """Return a scenario with one or no other breakdown at a place in the list of a group of robots."""
+    robots = scenario.robots[group]
+    fails = (*robots.fails[:index], *breakdowns, *robots.fails[index + 1 :])
+    return replace_placed(scenario, f"robots[{group}]", replace(robots, fails=fails))

@@ -105,8 +105,8 @@ class FailingWorld:
     def __str__(self) -> str:
         if self.problem:
             return f"{self.folder.name} could not be run: {self.problem}"
-        said = {"fails": " still fails", "passes": " passes now"}.get(self.verdict, "")
-        return f"{self.folder.name}{said}"
+        result = {"fails": " still fails", "passes": " passes now"}.get(self.verdict, "")
+        return f"{self.folder.name}{result}"
 
 
 def choose_folder(parent: Path | str, behavior: str) -> Path:
@@ -213,9 +213,9 @@ def list_failing_worlds(folder: Path | str) -> tuple[tuple[FailingWorld, ...], t
     if not folder.exists():
         return (), ()
     with convert_os_errors(folder, "reading the failing worlds", remedy="name a folder"):
-        found = sorted(each for each in folder.iterdir() if (each / FACTS_FILE).is_file())
+        folders = sorted(each for each in folder.iterdir() if (each / FACTS_FILE).is_file())
     worlds, problems = list[FailingWorld](), list[str]()
-    for each in found:
+    for each in folders:
         try:
             worlds.append(read_failing_world(each))
         except UnderstudyError as error:
@@ -240,17 +240,18 @@ def order_failing_worlds(worlds: Sequence[FailingWorld]) -> tuple[FailingWorld, 
         The same worlds in order.
     """
     left = sorted(worlds, key=lambda each: (each.facts.robustness, each.folder.name))
-    found = left[:1]
+    ordered = left[:1]
     left = left[1:]
-    apart = [compare_failures(each, found[0]) for each in left]
+    apart = [compare_failures(each, ordered[0]) for each in left]
     while left:
         row = apart.index(max(apart))  # the first is the worst of those that are as far
-        found.append(left.pop(row))
+        ordered.append(left.pop(row))
         apart.pop(row)
         apart = [
-            min(known, compare_failures(each, found[-1])) for known, each in zip(apart, left, strict=True)
+            min(difference, compare_failures(each, ordered[-1]))
+            for difference, each in zip(apart, left, strict=True)
         ]
-    return tuple(found)
+    return tuple(ordered)
 
 
 def compare_failures(one: FailingWorld, other: FailingWorld) -> float:
@@ -273,9 +274,9 @@ def compare_failures(one: FailingWorld, other: FailingWorld) -> float:
         The difference.
     """
     mine, its = one.facts, other.facts
-    found = float(mine.states[-1:] != its.states[-1:])
-    found += (mine.behavior, mine.property) != (its.behavior, its.property)
+    difference = float(mine.states[-1:] != its.states[-1:])
+    difference += (mine.behavior, mine.property) != (its.behavior, its.property)
     if mine.place is not None and its.place is not None:
         diagonal = max(hypot(*each.trial.scenario.size) for each in (one, other))
-        found += hypot(mine.place[0] - its.place[0], mine.place[1] - its.place[1]) / diagonal
-    return found
+        difference += hypot(mine.place[0] - its.place[0], mine.place[1] - its.place[1]) / diagonal
+    return difference

@@ -133,19 +133,19 @@ def replay_failure(
 
 def describe_failing_decision(reason: DecisionReason | None) -> list[str]:
     """Describe the switch that explains a failure in sentences; None if the robot never switched."""
-    found = list[str]()
+    sentences = list[str]()
     if reason is None:
-        found.append("The robot never changed its state.")
+        sentences.append("The robot never changed its state.")
     else:
         explanation = reason.explanation
-        said = describe_switch(explanation.state, explanation.next, explanation)
-        found.append(f"At {reason.time_s:.1f} s {reason.automaton} {said}.")
+        switch = describe_switch(explanation.state, explanation.next, explanation)
+        sentences.append(f"At {reason.time_s:.1f} s {reason.automaton} {switch}.")
         if read := describe_values(reason):
-            found.append(f"It read {read}.")
+            sentences.append(f"It read {read}.")
         if source := describe_source(reason):
-            shown = "The decision was " if source.startswith("shown") else "The robot's automaton: "
-            found.append(f"{shown}{source}.")
-    return found
+            begin = "The decision was " if source.startswith("shown") else "The robot's automaton: "
+            sentences.append(f"{begin}{source}.")
+    return sentences
 
 
 def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:
@@ -158,9 +158,9 @@ def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:
     names = sorted(counts, key=lambda name: -counts[name])
     if switches == 0:
         return f"For {seconds:.0f} s it stayed in {names[0]}."
-    shown = join_names(names[:MOST_STATES]) + (", and others" if len(names) > MOST_STATES else "")
+    listed = join_names(names[:MOST_STATES]) + (", and others" if len(names) > MOST_STATES else "")
     times = "once" if switches == 1 else f"{switches} times"
-    return f"In the next {seconds:.0f} s it changed its state {times}: {shown}."
+    return f"In the next {seconds:.0f} s it changed its state {times}: {listed}."
 
 
 MARK = "#c0392b"

@@ -116,22 +116,29 @@ def falsify(
         most_runs=worlds,
         seconds=None if worlds is not None else RANDOM_SHARE * seconds,
         jobs=jobs,
-        progress=lambda found: report("Worlds at random", found.runs, found.failed),
+        progress=lambda search: report("Worlds at random", search.runs, search.failed),
         clock=clock,
     )
-    found = Falsification(random, interrupted=random.interrupted)
+    falsification = Falsification(random, interrupted=random.interrupted)
     trial = Trial(scenario, random.failures[0][1]) if random.failures else None
     if trial is not None:
-        found.found_by = AT_RANDOM
-    elif not found.interrupted:
+        falsification.found_by = AT_RANDOM
+    elif not falsification.interrupted:
         trial = _search_directed(
-            measure, scenario, found, seed=seed, seconds=seconds, vary=vary, report=report, clock=clock
+            measure,
+            scenario,
+            falsification,
+            seed=seed,
+            seconds=seconds,
+            vary=vary,
+            report=report,
+            clock=clock,
         )
     if trial is not None:
-        if found.interrupted:
-            found.shrinking = Shrinking(trial, measure([trial]), 1)
+        if falsification.interrupted:
+            falsification.shrinking = Shrinking(trial, measure([trial]), 1)
         else:
-            found.shrinking = shrink_failure(
+            falsification.shrinking = shrink_failure(
                 measure,
                 scenario,
                 trial,
@@ -139,15 +146,15 @@ def falsify(
                 progress=lambda now: report("Making it simpler", now.runs, 1),
                 clock=clock,
             )
-            found.interrupted = found.shrinking.interrupted
-    found.seconds = clock() - began_s
-    return found
+            falsification.interrupted = falsification.shrinking.interrupted
+    falsification.seconds = clock() - began_s
+    return falsification
 
 
 def _search_directed(
     measure: TrialMeasure,
     scenario: Scenario,
-    found: Falsification,
+    falsification: Falsification,
     *,
     seed: int,
     seconds: float,
@@ -160,12 +167,12 @@ def _search_directed(
         space = SearchSpace(scenario, vary)
         import_cma()
     except (SettingError, ExtraMissing) as error:
-        found.notes.append(str(error))
+        falsification.notes.append(str(error))
         return None
     rng = np.random.default_rng(seed)
-    nearest = [world for _, world in found.random.nearest[:STARTS]]
+    nearest = [world for _, world in falsification.random.nearest[:STARTS]]
     start = [space.encode(World(scenario, [world]).view(), rng) for world in nearest]
-    found.directed = search_directed(
+    falsification.directed = search_directed(
         measure,
         space,
         seed=seed,
@@ -174,16 +181,16 @@ def _search_directed(
         progress=lambda now: report("Directed search", now.runs, len(now.failures)),
         clock=clock,
     )
-    found.interrupted = found.directed.interrupted
-    if not found.directed.failures:
+    falsification.interrupted = falsification.directed.interrupted
+    if not falsification.directed.failures:
         return None
-    found.found_by = DIRECTED
-    return found.directed.failures[0][1]
+    falsification.found_by = DIRECTED
+    return falsification.directed.failures[0][1]
 
 
 def keep_failure(
     folder: Path | str,
-    found: Shrinking,
+    shrinking: Shrinking,
     measure: TrialMeasure,
     libraries: Libraries,
     roots: Mapping[str, tuple[str, Mapping[str, str]]],
@@ -198,7 +205,7 @@ def keep_failure(
     ----------
     folder
         A folder that does not exist. FileError if it cannot be written.
-    found
+    shrinking
         The world, as simple as it was made.
     measure
         Runs the behavior.
@@ -219,15 +226,15 @@ def keep_failure(
         The failing world.
     """
     behavior, binding = next(iter(roots.values()))
-    scenario = found.trial.scenario
-    trial = Trial(strip_for_file(scenario, name=scenario.name, about=about), found.trial.seed)
-    replay = replay_failure(measure, trial, libraries, roots, progress_s=found.progress_s)
+    scenario = shrinking.trial.scenario
+    trial = Trial(strip_for_file(scenario, name=scenario.name, about=about), shrinking.trial.seed)
+    replay = replay_failure(measure, trial, libraries, roots, progress_s=shrinking.progress_s)
     facts = FailureFacts(
         behavior=behavior,
         binding=dict(binding),
         seed=trial.seed,
         limit_s=measure.get_limit(trial.scenario),
-        robustness=float(found.results.robustness[0]),
+        robustness=float(shrinking.results.robustness[0]),
         wrong_s=replay.wrong_s,
         end_hash=compute_end_hash(measure, trial),
         robot=replay.robot,
@@ -235,7 +242,7 @@ def keep_failure(
         place=replay.place,
         states=replay.states,
         found_by=found_by,
-        steps=tuple(found.steps),
+        steps=tuple(shrinking.steps),
         why=replay.sentences,
     )
     return write_failing_world(folder, trial, facts, replay, command=command)

@@ -75,22 +75,22 @@ def try_findings(
     CheckReport
         The report with trials. What cannot be run is one of `unchecked`.
     """
-    found, unchecked = list(report.findings), list(report.unchecked)
+    findings, unchecked = list(report.findings), list(report.unchecked)
     seeds = range(FIRST_SEED, FIRST_SEED + worlds)
     for root in _list_roots(libraries):
-        waiting = [at for at, each in enumerate(found) if _is_tried(each) and each.trial is None]
+        waiting = [at for at, each in enumerate(findings) if _is_tried(each) and each.trial is None]
         if not waiting or not worlds:
             break
         try:
             run = _make_run(libraries, root, scenario, seeds)
-            watches = {at: watch for at in waiting for watch in _watch_finding(found[at], run, worlds)}
+            watches = {at: watch for at in waiting for watch in _watch_finding(findings[at], run, worlds)}
             _run_watched(run, [*watches.values()])
         except UnderstudyError as error:
             unchecked.append(f"what happens while {root} runs: {error}")
             continue
         for at, watch in watches.items():
-            found[at] = replace(found[at], trial=watch.result)
-    return replace(report, findings=sort_findings(found), unchecked=tuple(unchecked))
+            findings[at] = replace(findings[at], trial=watch.result)
+    return replace(report, findings=sort_findings(findings), unchecked=tuple(unchecked))
 
 
 def _is_tried(finding: Finding) -> bool:
@@ -100,10 +100,10 @@ def _is_tried(finding: Finding) -> bool:
 def _list_roots(libraries: Library | Libraries) -> Iterator[str]:
     """Yield the automata without parameters that no other runs, those of coordinators first."""
     by_sort = {"": libraries} if isinstance(libraries, Library) else libraries
-    seen: set[int] = set()
+    listed: set[int] = set()
     for sort, library in reversed([*by_sort.items()]):  # squads come after their members
-        if id(library) not in seen:
-            seen.add(id(library))
+        if id(library) not in listed:
+            listed.add(id(library))
             tops = [name for name in library.taught if not library.find_users(name)]
             usable = [name for name in tops if not library.automaton(name).parameters]
             yield from (f"{sort}/{name}" if sort else name for name in usable)
@@ -207,10 +207,10 @@ class _Watch:
         self, features: Sequence[BoundFeature], box: Sequence[ValueSet], place: StateSlot
     ) -> list[tuple[int | AnyFeature, ValueSet]]:
         """Return the tests of a cell where its automaton has certain targets: columns, or own features, with values."""
-        known = {bound: at for at, bound in enumerate(self.engine.compiled.features)}
+        columns = {bound: at for at, bound in enumerate(self.engine.compiled.features)}
         return [
             (
-                known[BoundFeature(bound.feature, bound.binding.substitute(place.binding))]
+                columns[BoundFeature(bound.feature, bound.binding.substitute(place.binding))]
                 if isinstance(bound.feature, Feature)
                 else bound.feature,
                 region,
@@ -236,10 +236,10 @@ class _Watch:
                     there &= self._is_inside(cells, columns, place, level, now)
                     here[there], since[there] = number, stacks.entered[there, level]
             runs = runs & (children[states] >= 0)
-        found: NDArray[np.bool_] = np.greater_equal(here, 0)
-        goes_on = found & (self._in >= 0)
+        is_there: NDArray[np.bool_] = np.greater_equal(here, 0)
+        goes_on = is_there & (self._in >= 0)
         moved = (here != self._in) | (since != self._since)
-        self._looks = np.where(goes_on, self._looks + 1, found)
+        self._looks = np.where(goes_on, self._looks + 1, is_there)
         self._switches = np.where(goes_on, self._switches + moved, 0)
         self._in, self._since = here, since
         counted, least = self._looks, 1
@@ -247,7 +247,7 @@ class _Watch:
             counted, least = self._switches, len(self.finding.states)
         elif self.finding.kind is FindingKind.DEAD_END:
             least = 2
-        met: NDArray[np.bool_] = found & going[self._of] & (counted >= least)
+        met: NDArray[np.bool_] = is_there & going[self._of] & (counted >= least)
         self._ticks += int(going[self._of].sum())
         self._meetings += int(met.sum())
         self._happened[self._of[met]] = True
@@ -301,7 +301,7 @@ def read_own_column(
 
 def _contains(region: ValueSet, values: Column) -> NDArray[np.bool_]:
     """Return which values [N] are in a region."""
-    found: NDArray[np.bool_] = np.isnan(values) if region.absent else np.zeros(len(values), np.bool_)
+    inside: NDArray[np.bool_] = np.isnan(values) if region.absent else np.zeros(len(values), np.bool_)
     for low, high in region.parts:
-        found = found | ((low <= values) & (values < high))
-    return found
+        inside = inside | ((low <= values) & (values < high))
+    return inside

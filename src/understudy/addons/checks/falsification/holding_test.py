@@ -144,9 +144,9 @@ class HoldingTest:
         while True:
             for number, binding in enumerate(bindings):
                 some = list(islice(self._seeds, len(range(number, size, len(bindings)))))
-                found = self.make_worlds(some).run(library, behavior, binding, progress=progress)
-                held, worlds = held + int(found.works.sum()), worlds + len(some)
-                mistakes += found.mistakes
+                results = self.make_worlds(some).run(library, behavior, binding, progress=progress)
+                held, worlds = held + int(results.works.sum()), worlds + len(some)
+                mistakes += results.mistakes
             low, high = interval_of_share_at_any_time(held, worlds, level=level)
             verdict = Verdict.HOLDS if low >= self.wanted else Verdict.UNDECIDED
             verdict = Verdict.FAILS if high < self.wanted else verdict

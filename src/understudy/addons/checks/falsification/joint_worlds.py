@@ -27,13 +27,13 @@ class Trial(NamedTuple):
 def group_alike(trials: Sequence[Trial]) -> list[list[int]]:
     """Return the rows of the trials that can run side by side, in groups."""
     shapes: dict[int, bytes] = {}
-    found: dict[bytes, list[int]] = {}
+    groups: dict[bytes, list[int]] = {}
     for row, trial in enumerate(trials):
         key = id(trial.scenario)
         if key not in shapes:
             shapes[key] = _describe_shape(trial.scenario)
-        found.setdefault(shapes[key], []).append(row)
-    return list(found.values())
+        groups.setdefault(shapes[key], []).append(row)
+    return list(groups.values())
 
 
 def _describe_shape(scenario: Scenario) -> bytes:

@@ -14,7 +14,6 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.checks.falsification.finding_trials import read_own_column
 from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds
 from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.coaching.advice import WrongDecisions
@@ -22,10 +21,8 @@ from understudy.coaching.lesson_analysis import MetDecision
 from understudy.judging.behavior_run import ProgramRun
 from understudy.judging.paired_tests import compute_mcnemar_p
 from understudy.judging.rollout import Progress, skip_progress
-from understudy.model.features import BoundFeature, Feature
 from understudy.model.library import Library
 from understudy.model.value_kinds import Column
-from understudy.runtime.feature_columns import FeatureColumns
 from understudy.sim.world import World
 
 Trend: TypeAlias = Literal["", "rising", "falling", "slower"]
@@ -247,26 +244,14 @@ def _list_decisions(
     run = setup.start([each.seed for each in mistakes], library, behavior, binding)
     if not isinstance(run, ProgramRun) or not isinstance(run.body, World):
         return
-    world = run.body
-    engine, features = run.engine, library.taught[behavior].automaton.features
-    sensing = FeatureColumns(engine.compiled.features, world)
+    world, automaton = run.body, library.taught[behavior].automaton
     looks = _list_looks(mistakes, world.tick_s)
     for tick in sorted(looks):
         run.advance(tick - run.ticks)
-        columns, now = sensing.columns(world.sense(engine.keys)), float(world.time_s)
-        known = dict(zip(engine.compiled.features, columns, strict=True))
-        for row in looks[tick]:
-            agent = row * world.robots + setup.agent
-            number = engine.stacks.state[agent, 0]
-            place = engine.compiled.places[number]
-            if engine.compiled.tables.states["flag"][number] < 0:
-                values = [
-                    known[BoundFeature(bound.feature, bound.binding.substitute(place.binding))][agent]
-                    if isinstance(bound.feature, Feature)
-                    else read_own_column(engine, bound.feature, place, level=0, now=now)[agent]
-                    for bound in features
-                ]
-                met = MetDecision(mistakes[row].seed, now, place.state, tuple(map(float, values)))
+        decisions = run.engine.read_decisions([row * world.robots + setup.agent for row in looks[tick]])
+        for row, (place, values) in zip(looks[tick], decisions, strict=True):
+            if automaton.state(place.state).flag is None:
+                met = MetDecision(mistakes[row].seed, float(world.time_s), place.state, values)
                 yield mistakes[row], met
 
 

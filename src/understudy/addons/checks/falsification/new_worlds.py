@@ -127,8 +127,7 @@ class NewWorlds:
         baseline = None if self.setup.idle_agents else find_baseline(scenario)
         if baseline is None:
             return scenario.limit_s
-        expert = measure_baseline(baseline, self.seeds)
-        limits: Column = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
+        limits: Column = LENIENCE * measure_baseline(baseline, self.seeds).spent_s
         return limits
 
     def run(

@@ -111,58 +111,13 @@ class _Post(NamedTuple):
         return RunInstant(self.body.snapshot(), active, others[self.agent.agent], members, others)
 
 
-def _choose_moment(
-    rerun: WorldRerun,
-    behavior: str,
-    binding: Mapping[str, str],
-    *,
-    robot: int,
-    ticks: int,
-    until: int,
-    is_led: bool,
-    name: str | None,
-) -> TeachingMoment:
-    """Run a team again, and choose the moment and the automaton to correct; see `find_moment` for the errors.
-
-    The session begins at a tick, below 1 at the start, or later; `until` is that at which the automaton runs that made
-    the mistake. `is_led` tells whether the robots follow coordinators. Otherwise all run the behavior, and no
-    coordinator does anything.
-    """
+def _list_posts(rerun: WorldRerun, robot: int, *, is_led: bool) -> list[_Post]:
+    """List the agents that can be corrected: a robot, and the topmost coordinator above it if coordinators lead."""
     chain = rerun.list_chain(robot)
     posts = [_Post(rerun.world, chain[-1])]
     if is_led and isinstance(chain[0].layer.body, SquadBody):
         posts.append(_Post(CoordinatorBody(rerun.team, chain[0].sort), chain[0]))
-    starts = [post.body.snapshot() for post in posts]
-    first = max(1, ticks)
-    rerun.replay_to(first - 1)
-    seen = list[list[RunInstant]]()
-    rerun.replay_to(max(first, until), lambda: seen.append([post.note_instant() for post in posts]))
-    instants_of = [[each[number] for each in seen] for number in range(len(posts))]
-    between = [rerun.libraries[each.sort] for each in chain[1:-1]] if is_led else []
-    libraries = [rerun.libraries[post.agent.sort] for post in posts]
-    number = _choose_post(instants_of, libraries, between, name)
-    post, instants, library = posts[number], instants_of[number], libraries[number]
-    instant, level = _choose_instant(instants, library, name)
-    automaton, targets = instant.active[level]
-    lesson = library.taught[automaton].lesson
-    if lesson is None:
-        raise SessionError(f"{automaton!r} has no lesson: nothing was recorded when it was made")
-    is_start = ticks < 1 and instant is instants[0]
-    post.body.restore(starts[number] if is_start else instant.body)
-    return TeachingMoment(
-        rerun.world,
-        post.body,
-        post.agent.agent,
-        automaton,
-        lesson,
-        library,
-        targets,
-        () if is_start else instant.states[level:],
-        behavior.removeprefix(f"{post.agent.sort}/"),
-        binding,
-        instant.members if is_led else (),
-        instant.others if is_led else None,
-    )
+    return posts
 
 
 def _choose_post(
@@ -189,8 +144,8 @@ def _choose_post(
             f"{name!r} is that of a coordinator below another one, which cannot be trained in its team: name an "
             "automaton of the robot or of the topmost coordinator"
         )
-    known = [each for active in ends for each, _ in active]
-    raise UnknownName(what="automaton", name=name, where="the run at this moment", known=known)
+    names = [each for active in ends for each, _ in active]
+    raise UnknownName(what="automaton", name=name, where="the run at this moment", known=names)
 
 
 def _choose_instant(
@@ -209,8 +164,8 @@ def _choose_instant(
             names = [each for each, _ in instant.active]
             if name in names:
                 return instant, names.index(name)
-        known = [each for each, _ in end]
-        raise UnknownName(what="automaton", name=name, where="the run at this moment", known=known)
+        names_at_end = [each for each, _ in end]
+        raise UnknownName(what="automaton", name=name, where="the run at this moment", known=names_at_end)
     taught = [level for level, (each, _) in enumerate(end) if library.taught[each].lesson is not None]
     level = taught[-1] if taught else len(end) - 1
     began = len(instants) - 1
@@ -258,8 +213,8 @@ def open_failure(
     SessionError
         If the automaton has no lesson, or is that of a coordinator below another one.
     """
-    found = failing if isinstance(failing, FailingWorld) else read_failing_world(failing)
-    return find_failure_moment(found, library, name=name, before_s=before_s).open_session()
+    world = failing if isinstance(failing, FailingWorld) else read_failing_world(failing)
+    return find_failure_moment(world, library, name=name, before_s=before_s).open_session()
 
 
 def find_failure_moment(
@@ -360,18 +315,41 @@ def find_moment(
     """
     scenario = add_markers(trial.scenario)
     ticks, until = round((wrong_s - before_s) / scenario.tick_s), round((wrong_s + after_s) / scenario.tick_s)
-    libraries, sort, root, found = find_runners(library, behavior, scenario)
+    libraries, sort, root, own = find_runners(library, behavior, scenario)
+    is_led = sort is not None
     if sort is None or isinstance(libraries, Library):
-        libraries, sorts = collect_libraries(scenario, found), [*scenario.types]
+        libraries, sorts = collect_libraries(scenario, own), [*scenario.types]
     else:
         sorts = list_running_sorts(libraries, sort, root)
-    return _choose_moment(
-        WorldRerun(scenario, trial.seed, libraries, dict.fromkeys(sorts, (root, binding))),
-        behavior,
+    rerun = WorldRerun(scenario, trial.seed, libraries, dict.fromkeys(sorts, (root, binding)))
+    posts = _list_posts(rerun, robot, is_led=is_led)
+    starts = [post.body.snapshot() for post in posts]
+    first = max(1, ticks)
+    rerun.replay_to(first - 1)
+    noted = list[list[RunInstant]]()
+    rerun.replay_to(max(first, until), lambda: noted.append([post.note_instant() for post in posts]))
+    instants_of = [[each[number] for each in noted] for number in range(len(posts))]
+    between = [libraries[each.sort] for each in rerun.list_chain(robot)[1:-1]] if is_led else []
+    number = _choose_post(instants_of, [libraries[post.agent.sort] for post in posts], between, name)
+    post, instants, of_agent = posts[number], instants_of[number], libraries[posts[number].agent.sort]
+    instant, level = _choose_instant(instants, of_agent, name)
+    automaton, targets = instant.active[level]
+    lesson = of_agent.taught[automaton].lesson
+    if lesson is None:
+        raise SessionError(f"{automaton!r} has no lesson: nothing was recorded when it was made")
+    is_start = ticks < 1 and instant is instants[0]
+    post.body.restore(starts[number] if is_start else instant.body)
+    return TeachingMoment(
+        rerun.world,
+        post.body,
+        post.agent.agent,
+        automaton,
+        lesson,
+        of_agent,
+        targets,
+        () if is_start else instant.states[level:],
+        behavior.removeprefix(f"{post.agent.sort}/"),
         binding,
-        robot=robot,
-        ticks=ticks,
-        until=until,
-        is_led=sort is not None,
-        name=name,
+        instant.members if is_led else (),
+        instant.others if is_led else None,
     )

@@ -49,8 +49,8 @@ class PropertyMeasure(TrialMeasure):
         if self.subject.kind is PropertyKind.ALWAYS and self.subject.seconds is not None:
             return self.subject.seconds
         start = self.subject.start
-        given = start.limit_s if isinstance(start, SeededWorlds) else None
-        return next(each for each in (self.limit_s, given, scenario.limit_s) if each is not None)
+        longest_s = start.limit_s if isinstance(start, SeededWorlds) else None
+        return next(each for each in (self.limit_s, longest_s, scenario.limit_s) if each is not None)
 
     def run_together(self, trials: Sequence[Trial]) -> TrialResults:
         """Run the behavior in worlds that differ only in places and amounts, and observe the property."""
@@ -119,8 +119,8 @@ def make_success_measure(
     UnderstudyError
         If the behavior cannot be run or measured there.
     """
-    _, _, name, found = find_runners(library, behavior, scenario)
-    success = find_behavior_success(found, name)
+    _, _, name, own = find_runners(library, behavior, scenario)
+    success = find_behavior_success(own, name)
     if not isinstance(success, Property):
         task = make_evaluation_task(library, behavior, scenario, binding=binding, limit_s=limit_s)
         return GoalMeasure(task, limit_s)
@@ -161,20 +161,20 @@ def choose_property(properties: Sequence[Property], name: str, *, behavior: str,
     SettingError
         If there is none of that name, or it is about another behavior.
     """
-    found = next((each for each in properties if each.name == name), None)
-    if found is None:
-        known = ", ".join(each.name for each in properties) or "none"
+    chosen = next((each for each in properties if each.name == name), None)
+    if chosen is None:
+        names = ", ".join(each.name for each in properties) or "none"
         raise SettingError(
             where="falsify",
             setting="--property",
             problem=f"names {name!r}, which {file} does not have",
-            remedy=f"its properties are {known}",
+            remedy=f"its properties are {names}",
         )
-    if behavior not in (found.behavior, found.behavior.rpartition("/")[2]):
+    if behavior not in (chosen.behavior, chosen.behavior.rpartition("/")[2]):
         raise SettingError(
             where="falsify",
             setting="--property",
-            problem=f"names {name!r}, which is about {found.behavior}",
-            remedy=f"give {found.behavior} as NAME, or a property of {behavior}",
+            problem=f"names {name!r}, which is about {chosen.behavior}",
+            remedy=f"give {chosen.behavior} as NAME, or a property of {behavior}",
         )
-    return found
+    return chosen

@@ -56,12 +56,12 @@ class RandomSearch:
         failed = values < 0
         self.runs += len(seeds)
         self.failed += int(failed.sum())
-        for chosen, kept in ((failed, self.failures), (~failed, self.nearest)):
+        for chosen, listed in ((failed, self.failures), (~failed, self.nearest)):
             rows = np.flatnonzero(chosen)
             worst = rows[np.argsort(values[rows], kind="stable")][:KEPT].tolist()
-            kept += [(float(values[row]), int(seeds[row])) for row in worst]
-            kept.sort()
-            del kept[KEPT:]
+            listed += [(float(values[row]), int(seeds[row])) for row in worst]
+            listed.sort()
+            del listed[KEPT:]
 
 
 def measure_seeds(measure: Measure, scenario: Scenario, seeds: Sequence[int]) -> Column:
@@ -77,7 +77,7 @@ def search_at_random(
     seconds: float | None = None,
     jobs: int = 1,
     first_batch: int = FIRST_BATCH,
-    progress: Callable[[RandomSearch], None] = lambda found: None,
+    progress: Callable[[RandomSearch], None] = lambda search: None,
     clock: Callable[[], float] = REAL_TIME,
 ) -> RandomSearch:
     """Run a behavior in worlds of fresh seeds until a number of runs or a time is reached, or Ctrl-C.
@@ -107,18 +107,18 @@ def search_at_random(
     RandomSearch
         What was found, also if it was interrupted.
     """
-    found = RandomSearch()
+    search = RandomSearch()
     end = None if seconds is None else clock() + seconds
     batches = SeedBatches(first_seed, most_runs, end=end, first_batch=first_batch, clock=clock)
     try:
         for _, batch in run_calls(_list_calls(measure, batches, None if jobs > 1 else clock), jobs=jobs):
             seeds, values, took_s = batch.result()
             batches.note(len(seeds), took_s)
-            found.add(seeds, values)
-            progress(found)
+            search.add(seeds, values)
+            progress(search)
     except KeyboardInterrupt:
-        found.interrupted = True
-    return found
+        search.interrupted = True
+    return search
 
 
 class SeedBatches:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from math import degrees, tau
-from typing import Literal, TypeAlias
 
 import numpy as np
 from msgspec import UNSET
@@ -28,10 +27,8 @@ from understudy.errors import SettingError
 from understudy.model.value_kinds import Column
 from understudy.sim.params import get_count_range, get_region_box
 from understudy.sim.scenario.schema import MOUSE, ObjectClass, Obstacle, Placement, RobotGroup, Scenario
+from understudy.sim.scenario.validate_places import list_placed, replace_placed
 from understudy.sim.view import WorldView
-
-Section: TypeAlias = Literal["obstacles", "objects", "robots"]
-"""The list of a scenario that a group of things is in."""
 
 PLACES, SIZES, DISTURBANCES = "places", "sizes", "disturbances"
 ASPECTS = (PLACES, SIZES, DISTURBANCES)
@@ -42,32 +39,35 @@ ASPECTS = (PLACES, SIZES, DISTURBANCES)
 class PlacedGroup:
     """Things of one kind whose random places are varied: `most` of them, each with two or three coordinates.
 
-    `first` is the position of the first coordinate in the vector. `count` and `amount` are the positions of their
-    number and amount, -1 if these are fixed.
+    `key` is that of the things in the scenario. `first` is the position of the first coordinate in the vector. `count`
+    and `amount` are the positions of their number and amount, -1 if these are fixed.
     """
 
-    section: Section
-    index: int
+    key: str
+    things: Placement
     least: int
     most: int
     radius: float
-    apart: float
     box: tuple[float, float, float, float]
     circle: float | None
-    turned: bool
     first: int
     count: int = -1
     amount: int = -1
 
     @property
-    def key(self) -> str:
-        """The key of the group in the scenario."""
-        return f"{self.section}[{self.index}]"
+    def is_turned(self) -> bool:
+        """Whether the headings of the things are varied."""
+        return isinstance(self.things, RobotGroup)
+
+    @property
+    def amounts(self) -> tuple[int, int]:
+        """The least and the largest amount of the things."""
+        return get_count_range(self.things.amount) if isinstance(self.things, ObjectClass) else (0, 0)
 
     @property
     def width(self) -> int:
         """The number of coordinates of each thing."""
-        return 3 if self.turned else 2
+        return 3 if self.is_turned else 2
 
 
 class SearchSpace:
@@ -114,15 +114,9 @@ class SearchSpace:
 
     def decode(self, vector: Column) -> Scenario:
         """Return the scenario of a vector, with given places; things that would overlap move to free places nearby."""
-        free = FreePlaces(self.scenario)
-        parts: dict[str, list[Placement]] = {
-            "obstacles": list(self.scenario.obstacles),
-            "objects": list(self.scenario.objects),
-            "robots": list(self.scenario.robots),
-        }
+        free, placed = FreePlaces(self.scenario), self.scenario
         for group in self._groups:
-            parts[group.section][group.index] = self._place(group, vector, free)
-        placed = replace(self.scenario, **{name: tuple(each) for name, each in parts.items()})
+            placed = replace_placed(placed, group.key, _place(group, vector, free))
         strengths = {each: float(vector[at]) for at, each in self._disturbances.items()}
         shares = {each: float(vector[at]) for at, each in self._breakdowns.items()}
         return apply_breakdowns(apply_disturbances(placed, strengths), shares)
@@ -136,19 +130,19 @@ class SearchSpace:
             vector[at] = breakdown.find_share(self.scenario, view)
         robot = 0
         for group in self._groups:
-            places, amounts = _find_places(view, self.scenario, group, robot)
-            robot += len(places) if group.section == "robots" else 0
+            places, amounts = _find_places(view, group, robot)
+            robot += len(places) if group.is_turned else 0
             x0, y0, x1, y1 = group.box
             for number, (x, y, heading) in enumerate(places[: group.most]):
                 at = group.first + number * group.width
                 vector[at] = np.clip((x - x0) / max(x1 - x0, 1e-9), 0.0, 1.0)
                 vector[at + 1] = np.clip((y - y0) / max(y1 - y0, 1e-9), 0.0, 1.0)
-                if group.turned:
+                if group.is_turned:
                     vector[at + 2] = heading % tau / tau
             if group.count >= 0:
                 vector[group.count] = (len(places) - group.least + 0.5) / (group.most - group.least + 1)
             if group.amount >= 0 and amounts:
-                low, high = get_count_range(self.scenario.objects[group.index].amount)
+                low, high = group.amounts
                 vector[group.amount] = (np.mean(amounts) - low + 0.5) / (high - low + 1)
         return np.clip(vector, 0.0, np.nextafter(1.0, 0.0))
 
@@ -157,42 +151,29 @@ class SearchSpace:
         return len(self._names) - 1
 
     def _list_groups(self, vary: Collection[str]) -> Iterator[PlacedGroup]:
-        scenario = self.scenario
-        sections: dict[Section, tuple[Placement, ...]] = {
-            "obstacles": scenario.obstacles,
-            "objects": scenario.objects,
-            "robots": scenario.robots,
-        }
-        for section, things in sections.items():
-            for index, thing in enumerate(things):
-                if _is_placed_at_random(thing):
-                    yield self._make_group(section, index, thing, vary)
+        for key, things, radius in list_placed(self.scenario):
+            if _is_placed_at_random(things):
+                yield self._make_group(key, things, radius, vary)
 
-    def _make_group(
-        self, section: Section, index: int, thing: Placement, vary: Collection[str]
-    ) -> PlacedGroup:
-        scenario, key = self.scenario, f"{section}[{index}]"
-        if isinstance(thing, RobotGroup):
-            radius, key = scenario.types[thing.type].radius, f"{key} ({thing.type})"
-        else:
-            radius = (thing.radius if isinstance(thing, ObjectClass | Obstacle) else None) or 0.0
-            key = f"{key} ({thing.name})" if isinstance(thing, ObjectClass) else key
-        least, most = get_count_range(thing.count) if isinstance(thing.count, int | tuple) else (1, 1)
-        turned = isinstance(thing, RobotGroup)
-        reach = radius + thing.apart
-        x0, y0, x1, y1 = get_region_box(scenario, thing.within)
-        region = scenario.regions.get(thing.within or "")
+    def _make_group(self, key: str, things: Placement, radius: float, vary: Collection[str]) -> PlacedGroup:
+        scenario, label = self.scenario, key
+        if isinstance(things, RobotGroup | ObjectClass):
+            label = f"{key} ({things.type if isinstance(things, RobotGroup) else things.name})"
+        least, most = get_count_range(things.count) if isinstance(things.count, int | tuple) else (1, 1)
+        reach = radius + things.apart
+        x0, y0, x1, y1 = get_region_box(scenario, things.within)
+        region = scenario.regions.get(things.within or "")
+        axes = ("x", "y", "heading") if isinstance(things, RobotGroup) else ("x", "y")
         first = len(self._names)
         for number in range(most):
-            self._names += [f"{key}.at[{number}].{axis}" for axis in ("x", "y", "heading")[: 2 + turned]]
-        amount = thing.amount if isinstance(thing, ObjectClass) else 0
+            self._names += [f"{label}.at[{number}].{axis}" for axis in axes]
+        amount = things.amount if isinstance(things, ObjectClass) else 0
         return PlacedGroup(
-            section,
-            index,
+            key,
+            things,
             least,
             most,
             radius,
-            thing.apart,
             (
                 max(x0, reach),
                 max(y0, reach),
@@ -200,37 +181,30 @@ class SearchSpace:
                 min(y1, scenario.size[1] - reach),
             ),
             None if region is None else region.radius,
-            turned,
             first,
-            self._add(f"{key}.count") if most > least and SIZES in vary else -1,
-            self._add(f"{key}.amount") if isinstance(amount, tuple) and SIZES in vary else -1,
+            self._add(f"{label}.count") if most > least and SIZES in vary else -1,
+            self._add(f"{label}.amount") if isinstance(amount, tuple) and SIZES in vary else -1,
         )
 
-    def _place(self, group: PlacedGroup, vector: Column, free: FreePlaces) -> Placement:
-        """Return the group of things at the places that a vector says."""
-        sections: dict[Section, tuple[Placement, ...]] = {
-            "obstacles": self.scenario.obstacles,
-            "objects": self.scenario.objects,
-            "robots": self.scenario.robots,
-        }
-        thing = sections[group.section][group.index]
-        count = group.most if group.count < 0 else _choose(vector[group.count], group.least, group.most)
-        changed: dict[str, object] = {}
-        if group.amount >= 0:
-            changed["amount"] = _choose(
-                vector[group.amount], *get_count_range(self.scenario.objects[group.index].amount)
-            )
-        x0, y0, x1, y1 = group.box
-        places = []
-        for number in range(count):
-            at = group.first + number * group.width
-            wanted = x0 + float(vector[at]) * (x1 - x0), y0 + float(vector[at + 1]) * (y1 - y0)
-            x, y = free.take(wanted, group.radius, group.apart, group.box, group.circle, key=group.key)
-            turned = (degrees(float(vector[at + 2]) * tau) % 360.0,) if group.turned else ()
-            places.append((x, y, *turned))
-        if not places:
-            return replace(thing, count=0, **changed)
-        return replace(thing, count=UNSET, at=tuple(places), within=None, **changed)
+
+def _place(group: PlacedGroup, vector: Column, free: FreePlaces) -> Placement:
+    """Return a group of things at the places that a vector says."""
+    things = group.things
+    count = group.most if group.count < 0 else _choose(vector[group.count], group.least, group.most)
+    changed: dict[str, object] = {}
+    if group.amount >= 0:
+        changed["amount"] = _choose(vector[group.amount], *group.amounts)
+    x0, y0, x1, y1 = group.box
+    places = []
+    for number in range(count):
+        at = group.first + number * group.width
+        wanted = x0 + float(vector[at]) * (x1 - x0), y0 + float(vector[at + 1]) * (y1 - y0)
+        x, y = free.take(wanted, group.radius, things.apart, group.box, group.circle, key=group.key)
+        heading = (degrees(float(vector[at + 2]) * tau) % 360.0,) if group.is_turned else ()
+        places.append((x, y, *heading))
+    if not places:
+        return replace(things, count=0, **changed)
+    return replace(things, count=UNSET, at=tuple(places), within=None, **changed)
 
 
 def _choose(share: float, least: int, most: int) -> int:
@@ -251,18 +225,18 @@ def _is_placed_at_random(thing: Placement) -> bool:
 
 
 def _find_places(
-    view: WorldView, scenario: Scenario, group: PlacedGroup, robot: int
+    view: WorldView, group: PlacedGroup, robot: int
 ) -> tuple[list[tuple[float, float, float]], list[int]]:
     """Return the places (x, y, heading) and the amounts of a group's things in a world."""
-    if group.section == "robots":
+    if group.is_turned:
         rows = range(robot, robot + group.most)
         robots = view.robots
         return [
             (float(robots.x[each]), float(robots.y[each]), float(robots.heading[each])) for each in rows
         ], []
-    if group.section == "objects":
+    if isinstance(group.things, ObjectClass):
         objects = view.objects
-        kind = view.names.classes.index(scenario.objects[group.index].name)
+        kind = view.names.classes.index(group.things.name)
         rows_of = np.flatnonzero(objects.kind == kind).tolist()
         places = [(float(objects.x[each]), float(objects.y[each]), 0.0) for each in rows_of]
         return places, [int(objects.at_first[each]) for each in rows_of]

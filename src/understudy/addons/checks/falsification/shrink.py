@@ -63,7 +63,7 @@ def shrink_failure(
     *,
     most_runs: int = MOST_RUNS,
     seconds: float | None = None,
-    progress: Callable[[Shrinking], None] = lambda found: None,
+    progress: Callable[[Shrinking], None] = lambda shrinking: None,
     clock: Callable[[], float] = REAL_TIME,
 ) -> Shrinking:
     """Make a failing world simpler as long as it still fails, no later, and in no other states than before.
@@ -93,17 +93,17 @@ def shrink_failure(
     Shrinking
         The simplest failing world found, also if it was interrupted.
     """
-    found = Shrinking(trial, measure([trial]))
-    found.runs = 1
+    shrinking = Shrinking(trial, measure([trial]))
+    shrinking.runs = 1
     end = None if seconds is None else clock() + seconds
 
     def count_left() -> int:
-        return 0 if end is not None and clock() >= end else most_runs - found.runs
+        return 0 if end is not None and clock() >= end else most_runs - shrinking.runs
 
     try:
         explicit = make_explicit(trial)
-        if _accept_first(measure, found, [("", explicit)], count_left):
-            found.steps.pop()
+        if _accept_first(measure, shrinking, [("", explicit)], count_left):
+            shrinking.steps.pop()
         passes: Sequence[Callable[[Trial], Iterator[Candidate]]] = (
             lambda now: list_without_obstacles(now.scenario),
             lambda now: list_without_objects(now.scenario, usual),
@@ -111,52 +111,55 @@ def shrink_failure(
             lambda now: list_fewer_breakdowns(now.scenario),
             lambda now: list_less_disturbed(now.scenario, usual),
             lambda now: list_smaller_amounts(now.scenario, usual),
-            lambda now: list_earlier_starts(measure, now, found.progress_s),
+            lambda now: list_earlier_starts(measure, now, shrinking.progress_s),
             lambda now: list_rounder(now.scenario),
         )
         for _ in range(ROUNDS):
-            before = len(found.steps)
+            before = len(shrinking.steps)
             for list_candidates in passes:
-                while _accept_first(measure, found, list(list_candidates(found.trial)), count_left):
-                    progress(found)
-            if len(found.steps) == before or count_left() <= 0:
+                while _accept_first(measure, shrinking, list(list_candidates(shrinking.trial)), count_left):
+                    progress(shrinking)
+            if len(shrinking.steps) == before or count_left() <= 0:
                 break
     except KeyboardInterrupt:
-        found.interrupted = True
-    return found
+        shrinking.interrupted = True
+    return shrinking
 
 
 def _accept_first(
-    measure: TrialMeasure, found: Shrinking, candidates: Sequence[Candidate], count_left: Callable[[], int]
+    measure: TrialMeasure,
+    shrinking: Shrinking,
+    candidates: Sequence[Candidate],
+    count_left: Callable[[], int],
 ) -> bool:
     """Take the first candidate that fails as early and ends in the same states; return whether there is one.
 
     `count_left` returns how many may still be run.
     """
-    possible = [each for each in candidates if each[1] != found.trial.scenario and _is_possible(each[1])]
+    possible = [each for each in candidates if each[1] != shrinking.trial.scenario and _is_possible(each[1])]
     first, size = 0, FIRST_CANDIDATES
     while first < len(possible) and (left := count_left()) > 0:
-        if _accept_any(measure, found, possible[first : first + min(size, left)]):
+        if _accept_any(measure, shrinking, possible[first : first + min(size, left)]):
             return True
         first, size = first + size, 2 * size
     return False
 
 
-def _accept_any(measure: TrialMeasure, found: Shrinking, possible: Sequence[Candidate]) -> bool:
+def _accept_any(measure: TrialMeasure, shrinking: Shrinking, possible: Sequence[Candidate]) -> bool:
     """Run candidates side by side, and take the first that fails as early and ends in the same states."""
-    trials = [Trial(scenario, found.trial.seed) for _, scenario in possible]
+    trials = [Trial(scenario, shrinking.trial.seed) for _, scenario in possible]
     try:
         results = measure(trials)
     except SettingError:  # one of them is too crowded for this seed
         return False
-    found.runs += len(trials)
-    tick_s = found.trial.scenario.tick_s
-    latest = found.progress_s + TICKS_AT_ONCE * tick_s + 1e-9
+    shrinking.runs += len(trials)
+    tick_s = shrinking.trial.scenario.tick_s
+    latest = shrinking.progress_s + TICKS_AT_ONCE * tick_s + 1e-9
     for row, (step, _) in enumerate(possible):
-        ends_alike = results.last_states[row] <= found.results.last_states[0]
+        ends_alike = results.last_states[row] <= shrinking.results.last_states[0]
         if results.robustness[row] < 0 and results.progress_s[row] <= latest and ends_alike:
-            found.trial, found.results = trials[row], results.select([row])
-            found.steps.append(step)
+            shrinking.trial, shrinking.results = trials[row], results.select([row])
+            shrinking.steps.append(step)
             return True
     return False
 

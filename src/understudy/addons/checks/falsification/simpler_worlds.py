@@ -14,7 +14,8 @@ from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.addons.checks.falsification.trial import TrialMeasure
 from understudy.sim.params import get_count_range
 from understudy.sim.scenario.files import remove_markers
-from understudy.sim.scenario.schema import ObjectClass, Placement, Scenario
+from understudy.sim.scenario.schema import ObjectClass, Obstacle, Placement, RobotGroup, Scenario
+from understudy.sim.scenario.validate_places import list_placed, replace_placed
 from understudy.sim.scenario_snapshot import make_scenario_snapshot
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
@@ -48,31 +49,19 @@ def _place_like(scenario: Scenario, view: WorldView, *, keep_amounts: bool) -> S
 
 
 def list_without_obstacles(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:
-    """Yield the scenario without any obstacles, then without half of them, and each without one."""
-    if not scenario.obstacles:
-        return
-    yield "all obstacles left out", replace(scenario, obstacles=())
-    for index, obstacle in enumerate(scenario.obstacles):
-        rest = (*scenario.obstacles[:index], *scenario.obstacles[index + 1 :])
-        if not isinstance(obstacle.at, tuple):
-            continue
-        for fewer in _remove_places(obstacle, least=0):
-            kept = (
-                rest
-                if fewer is None
-                else (*scenario.obstacles[:index], fewer, *scenario.obstacles[index + 1 :])
-            )
-            yield "an obstacle left out", replace(scenario, obstacles=kept)
+    """Yield the scenario without any obstacles, then without each of them."""
+    if scenario.obstacles:
+        yield "all obstacles left out", replace(scenario, obstacles=())
+    for _, fewer in _leave_out_each(scenario, Obstacle):
+        yield "an obstacle left out", fewer
 
 
 def list_without_objects(scenario: Scenario, usual: Scenario) -> Iterator[tuple[str, Scenario]]:
     """Yield the scenario with fewer objects, of each class as many as the usual scenario has at least."""
     least = {thing.name: _get_least(thing) for thing in usual.objects}
-    for index, thing in enumerate(scenario.objects):
-        for fewer in _remove_places(thing, least=least.get(thing.name, 0)):
-            made = replace(thing, at=UNSET, count=0) if fewer is None else fewer
-            objects = (*scenario.objects[:index], made, *scenario.objects[index + 1 :])
-            yield f"one {thing.name} left out", replace(scenario, objects=objects)
+    for thing, fewer in _leave_out_each(scenario, ObjectClass):
+        if isinstance(thing.at, tuple) and len(thing.at) > least.get(thing.name, 0):
+            yield f"one {thing.name} left out", fewer
 
 
 def list_without_robots(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:
@@ -81,35 +70,41 @@ def list_without_robots(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:
         thing.pushers > 1 or (thing.pull is not None and thing.pull.robots > 1) for thing in scenario.objects
     )
     count = sum(len(group.at) for group in scenario.robots if isinstance(group.at, tuple))
-    if scenario.squads or together or count < 2:
-        return
-    for index, group in enumerate(scenario.robots):
-        for fewer in _remove_places(group, least=0):
-            kept = () if fewer is None else (fewer,)
-            robots = (*scenario.robots[:index], *kept, *scenario.robots[index + 1 :])
-            yield "one robot left out", replace(scenario, robots=robots)
+    if not (scenario.squads or together or count < 2):
+        for _, fewer in _leave_out_each(scenario, RobotGroup):
+            yield "one robot left out", fewer
+
+
+def _leave_out_each(scenario: Scenario, kind: type[Thing]) -> Iterator[tuple[Thing, Scenario]]:
+    """Yield the scenario without each single thing of a kind at a given place, with the things that it was one of."""
+    for key, things, _ in list_placed(scenario):
+        if not (isinstance(things, kind) and isinstance(things.at, tuple)):
+            continue
+        # A scenario keeps the name of a class without objects.
+        none: Placement | None = replace(things, at=UNSET, count=0) if kind is ObjectClass else None
+        for number in range(len(things.at)):
+            places = (*things.at[:number], *things.at[number + 1 :])
+            fewer = replace(things, at=places) if places else none
+            yield things, replace_placed(scenario, key, fewer)
 
 
 def list_less_disturbed(scenario: Scenario, usual: Scenario) -> Iterator[tuple[str, Scenario]]:
     """Yield the scenario with a noise or probability as the usual scenario has it."""
     for disturbance in list_disturbances(usual):
-        made = apply_disturbances(scenario, {disturbance: disturbance.default})
-        yield f"{disturbance.name} as usual", made
+        undisturbed = apply_disturbances(scenario, {disturbance: disturbance.default})
+        yield f"{disturbance.name} as usual", undisturbed
 
 
 def list_smaller_amounts(scenario: Scenario, usual: Scenario) -> Iterator[tuple[str, Scenario]]:
     """Yield the scenario with less food in each source, from the least that the usual scenario draws."""
     ranges = {thing.name: get_count_range(thing.amount) for thing in usual.objects}
-    for index, thing in enumerate(scenario.objects):
-        least, most = ranges.get(thing.name, (0, 0))
-        now = get_count_range(thing.amount)[1] if isinstance(thing.amount, int) else most + 1
-        for amount in range(least, min(now, most + 1)):
-            objects = (
-                *scenario.objects[:index],
-                replace(thing, amount=amount),
-                *scenario.objects[index + 1 :],
-            )
-            yield f"{amount} units in each {thing.name}", replace(scenario, objects=objects)
+    for key, thing, _ in list_placed(scenario):
+        if isinstance(thing, ObjectClass):
+            least, most = ranges.get(thing.name, (0, 0))
+            now = get_count_range(thing.amount)[1] if isinstance(thing.amount, int) else most + 1
+            for amount in range(least, min(now, most + 1)):
+                less = replace_placed(scenario, key, replace(thing, amount=amount))
+                yield f"{amount} units in each {thing.name}", less
 
 
 def list_earlier_starts(
@@ -124,8 +119,8 @@ def list_earlier_starts(
         run.advance(tick - run.ticks)
         views[tick] = run.get_world().view()
     for tick in sorted(views, reverse=True):
-        for made in _start_from(trial.scenario, views[tick]):
-            yield f"begins {tick * tick_s:.1f} s later", made
+        for shorter in _start_from(trial.scenario, views[tick]):
+            yield f"begins {tick * tick_s:.1f} s later", shorter
 
 
 def _start_from(scenario: Scenario, view: WorldView) -> Iterator[Scenario]:
@@ -143,16 +138,16 @@ def _start_from(scenario: Scenario, view: WorldView) -> Iterator[Scenario]:
         places = tuple(thing.at[number] for number in full)
         objects.append(replace(thing, at=places) if places else replace(thing, at=UNSET, count=0))
     for amount in sorted(set(left)) or [0]:
-        made = tuple(
+        changed = tuple(
             replace(thing, amount=amount) if amount and get_count_range(thing.amount)[1] else thing
             for thing in objects
         )
-        yield replace(placed, objects=made)
+        yield replace(placed, objects=changed)
 
 
 def list_rounder(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:
     """Yield the scenario with rounder places and headings: of everything, then of each of a few things."""
-    keys = [key for key, _ in _list_places(scenario)]
+    keys = list(_list_places(scenario))
     groups = [("all places", "all headings", frozenset(keys))]
     if len(keys) <= MOST_ROUNDED:
         groups += [(one, f"heading of {one}", frozenset([one])) for one in keys]
@@ -183,50 +178,26 @@ def _digits(numbers: Sequence[float]) -> int:
     return max((len(f"{each:.6f}".rstrip("0").partition(".")[2]) or -1) for each in numbers)
 
 
-def _list_places(scenario: Scenario) -> Iterator[tuple[str, tuple[float, ...]]]:
-    sections: tuple[tuple[str, Sequence[Placement]], ...] = (
-        ("obstacles", scenario.obstacles),
-        ("objects", scenario.objects),
-        ("robots", scenario.robots),
-    )
-    for section, things in sections:
-        for index, thing in enumerate(things):
-            for number, place in enumerate(thing.at) if isinstance(thing.at, tuple) else ():
-                yield f"{section}[{index}].at[{number}]", place
+def _list_places(scenario: Scenario) -> Iterator[str]:
+    """Yield the keys of all given places."""
+    for key, things, _ in list_placed(scenario):
+        yield from (
+            f"{key}.at[{number}]" for number in range(len(things.at) if isinstance(things.at, tuple) else 0)
+        )
 
 
 def _map_places(
     scenario: Scenario, chosen: Collection[str], change: Callable[[tuple[float, ...]], tuple[float, ...]]
 ) -> Scenario:
     """Return the scenario with the places of the chosen keys changed."""
-
-    def place(section: str, things: Sequence[Thing]) -> tuple[Thing, ...]:
-        made = []
-        for index, thing in enumerate(things):
-            if isinstance(thing.at, tuple):
-                keys = (f"{section}[{index}].at[{number}]" for number in range(len(thing.at)))
-                at = tuple(
-                    change(each) if key in chosen else each for key, each in zip(keys, thing.at, strict=True)
-                )
-                thing = replace(thing, at=at)
-            made.append(thing)
-        return tuple(made)
-
-    return replace(
-        scenario,
-        obstacles=place("obstacles", scenario.obstacles),
-        objects=place("objects", scenario.objects),
-        robots=place("robots", scenario.robots),
-    )
-
-
-def _remove_places(thing: Thing, *, least: int) -> Iterator[Thing | None]:
-    """Yield the things without each of their places, and None if none would be left."""
-    if not isinstance(thing.at, tuple) or len(thing.at) <= least:
-        return
-    for number in range(len(thing.at)):
-        places = (*thing.at[:number], *thing.at[number + 1 :])
-        yield replace(thing, at=places) if places else None
+    for key, things, _ in list_placed(scenario):
+        if isinstance(things.at, tuple):
+            places = tuple(
+                change(place) if f"{key}.at[{number}]" in chosen else place
+                for number, place in enumerate(things.at)
+            )
+            scenario = replace_placed(scenario, key, replace(things, at=places))
+    return scenario
 
 
 def _get_least(thing: ObjectClass) -> int:

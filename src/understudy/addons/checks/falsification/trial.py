@@ -172,12 +172,12 @@ class GoalMeasure(TrialMeasure):
         progress = ProgressMonitor(run, stride=1)
         roll_out(run, [progress], until_s)
         last_s = float(progress.last_s[0])
-        said = (
+        sentence = (
             f"From {last_s:.1f} s on there was no more progress."
             if last_s
             else "There was never any progress."
         )
-        return WrongMoment(round(last_s / run.body.tick_s), "last progress", said)
+        return WrongMoment(round(last_s / run.body.tick_s), "last progress", sentence)
 
     def run_together(self, trials: Sequence[Trial]) -> TrialResults:
         """Run the behavior in worlds that differ only in places and amounts, many ticks at once."""
@@ -204,29 +204,31 @@ class GoalMeasure(TrialMeasure):
 
     def _measure_gap(self, run: BehaviorRun) -> Column:
         """Measure how far each world is now from where the flag was shown [B]; 0 where that is not known."""
-        shown = self.task.criteria.shown
-        if shown is None:
+        shown_range = self.task.criteria.shown
+        if shown_range is None:
             return np.zeros(run.body.worlds if isinstance(run.body, World) else 1)
-        values = run.find_reading(str(shown.feature)).read()
-        gap = np.where(shown.contains(values), 0.0, np.maximum(shown.measure_gap(values), LEAST_BADNESS))
+        values = run.find_reading(str(shown_range.feature)).read()
+        gap = np.where(
+            shown_range.contains(values), 0.0, np.maximum(shown_range.measure_gap(values), LEAST_BADNESS)
+        )
         farthest: Column = gap.max(axis=1)
         return farthest
 
     def _find_elsewhere(self, trial: Trial) -> tuple[float, str] | None:
         """Find when the flag was raised elsewhere than shown, s, and describe where; None if it was not."""
-        flag, shown = self.task.criteria.flag, self.task.criteria.shown
-        if flag is None or shown is None:
+        flag, shown_range = self.task.criteria.flag, self.task.criteria.shown
+        if flag is None or shown_range is None:
             return None
         run = self.start([trial])
         success = monitor_flag(run, flag, stride=1)
         roll_out(run, [success], self.get_limit(trial.scenario))
-        values = run.find_reading(str(shown.feature)).read()[0]
-        away = values[~shown.contains(values)]
+        values = run.find_reading(str(shown_range.feature)).read()[0]
+        away = values[~shown_range.contains(values)]
         if np.isnan(success.seconds[0]) or not len(away):
             return None
-        at = format_value(shown.feature, float(away[0]))
+        at = format_value(shown_range.feature, float(away[0]))
         return float(success.seconds[0]), (
-            f"{flag} where {shown.feature} was {at}, shown at {shown.describe()}"
+            f"{flag} where {shown_range.feature} was {at}, shown at {shown_range.describe()}"
         )
 
 

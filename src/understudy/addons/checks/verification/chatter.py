@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from understudy.addons.checks.verification.cycles import TICK_S, Cycle, CycleFinder, CycleSearch
 from understudy.addons.checks.verification.finding import Finding, FindingKind, Severity
-from understudy.addons.checks.verification.subject import MOST_EXAMPLES, Subject, join_conditions
+from understudy.addons.checks.verification.subject import Subject, join_conditions, name_evidence
 from understudy.errors import join_names
-from understudy.model.describe import name_examples
 
 HELD = "readings of this cell occur: whether the world gives them is not decided here"
 FLAGS = "members raise the flags that are waited for"
@@ -121,12 +120,7 @@ def _list_orders(subject: Subject, states: Iterable[int]) -> list[str | None]:
 
 
 def _remedy(names: list[str], examples: tuple[int, ...]) -> str:
-    evidence = (
-        f" ({name_examples(examples, most=MOST_EXAMPLES)} {'has' if len(examples) == 1 else 'have'} such readings)"
-        if examples
-        else ""
-    )
     return (
-        f"Put the robot into {names[0]} there{evidence}, and show whether it stays or goes to {names[1]}; "
-        f"then the same in {names[1]}."
+        f"Put the robot into {names[0]} there{name_evidence(examples)}, and show whether it stays or goes to "
+        f"{names[1]}; then the same in {names[1]}."
     )

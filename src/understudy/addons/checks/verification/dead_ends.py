@@ -10,9 +10,8 @@ from understudy.addons.checks.verification.cells import Leaf, intersect, join_bo
 from understudy.addons.checks.verification.chatter import HELD
 from understudy.addons.checks.verification.finding import Finding, FindingKind, Severity
 from understudy.addons.checks.verification.levels import Level, build_hierarchy
-from understudy.addons.checks.verification.subject import MOST_EXAMPLES, Subject, join_conditions
+from understudy.addons.checks.verification.subject import Subject, join_conditions, name_evidence
 from understudy.errors import join_names
-from understudy.model.describe import name_examples
 from understudy.model.features import CounterFeature, Feature, FlagFeature
 from understudy.model.tree import STAY
 from understudy.model.value_kinds import NO, YES
@@ -161,11 +160,6 @@ def _make_finding(
     if others:
         assumptions.append(f"nothing else changes {join_names(others, word='or')} while {child.name} idles")
     where = f", where {there}" if there != "always" else "" if others else ", whatever it reads"
-    evidence = (
-        f" ({name_examples(examples, most=MOST_EXAMPLES)} {'has' if len(examples) == 1 else 'have'} such readings)"
-        if examples
-        else ""
-    )
     return Finding(
         FindingKind.DEAD_END,
         Severity.WARNING if others or stoppers else Severity.ERROR,
@@ -176,7 +170,7 @@ def _make_finding(
         tuple(assumptions),
         cells,
         examples,
-        f"Show where to go from {state} then{evidence}, or show {child.name} not to raise {flag} there.",
+        f"Show where to go from {state} then{name_evidence(examples)}, or show {child.name} not to raise {flag} there.",
     )
 
 

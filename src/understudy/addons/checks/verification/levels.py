@@ -132,19 +132,21 @@ class Level:
             exits.append(by_next)
         return tuple(exits)
 
-    def list_outcomes(self, state: int) -> set[int]:
-        """List the states other than itself that leaves of a state's tree lead to, whether or not they are reached."""
+    def _list_leaf_outcomes(self, state: int) -> list[int]:
+        """List what each leaf of a state's tree leads to, whether or not it is reached."""
         tree = self.automaton.transitions.get(self.automaton.states[state].name)
         nodes = tree.nodes if isinstance(tree, Tree) else ()
-        return {node.yes for node in nodes if node.test == TestKind.LEAF} - {STAY, state}
+        return [node.yes for node in nodes if node.test == TestKind.LEAF]
+
+    def list_outcomes(self, state: int) -> set[int]:
+        """List the states other than itself that leaves of a state's tree lead to, whether or not they are reached."""
+        return set(self._list_leaf_outcomes(state)) - {STAY, state}
 
     def is_excluded_by_ties(self, state: int, outcome: int) -> bool:
         """Return whether ties, and not only flags, keep a state from going to another that its tree leads to."""
         domain = self.get_domain(state)
         left = [leaf for leaf in self.leaves[state] or () if leaf.outcome == outcome and leaf.node != STAY]
-        tree = self.automaton.transitions.get(self.automaton.states[state].name)
-        nodes = tree.nodes if isinstance(tree, Tree) else ()
-        whole = sum(node.test == TestKind.LEAF and node.yes == outcome for node in nodes)
+        whole = self._list_leaf_outcomes(state).count(outcome)
         return len(left) < whole or any(intersect(domain, leaf) for leaf in left)
 
     @cached_property

@@ -125,7 +125,7 @@ def _list_single(scenario: Scenario, bound: BoundFeature) -> Iterator[Tie]:
         yield make_range_tie(bound, low, nextafter(high, inf) if high < inf else inf, sentence)
     if all(isinstance(sensor, CargoSensor) for _, sensor in sensors) and bound.feature.unit:
         yield Tie(f"{bound} is 0 or at least 1", {bound: BETWEEN})
-    if all(_is_always_there(scenario, robot_type, sensor, reading, target) for robot_type, sensor in sensors):
+    if all(_is_always_there(scenario, robot_type, sensor, target) for robot_type, sensor in sensors):
         yield make_presence_tie(bound, f"{bound} is never absent")
 
 
@@ -156,9 +156,7 @@ def _find_range(
     return None
 
 
-def _is_always_there(
-    scenario: Scenario, robot_type: RobotType, sensor: SensorBase, reading: str, target: str
-) -> bool:
+def _is_always_there(scenario: Scenario, robot_type: RobotType, sensor: SensorBase, target: str) -> bool:
     """Return whether a sensor's reading is never absent."""
     if sensor.dropout > 0:
         return False

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from understudy.addons.checks.verification.cells import NO_VALUES, Axis, choose_vector, join_boxes
 from understudy.addons.checks.verification.finding import FindingCell
 from understudy.addons.checks.verification.levels import Level, list_levels
+from understudy.model.describe import name_examples
 from understudy.model.features import Feature
 from understudy.model.lesson import Example
 from understudy.model.library import Library
@@ -153,6 +154,12 @@ def _open_ends(axis: Axis, region: ValueSet) -> ValueSet:
         start = -inf if low == intervals[0][0] else low
         open_values |= ValueSet(((start, following.get(high, high)),), False)
     return ValueSet(open_values.parts, region.absent)
+
+
+def name_evidence(examples: Sequence[int]) -> str:
+    """Name the examples whose readings are in the cells of a finding, for a sentence; an empty text without any."""
+    have = "has" if len(examples) == 1 else "have"
+    return f" ({name_examples(examples, most=MOST_EXAMPLES)} {have} such readings)" if examples else ""
 
 
 def join_conditions(cells: Sequence[FindingCell]) -> str:

@@ -13,6 +13,7 @@ from understudy.addons.checks.verification.cells import Leaf
 from understudy.addons.checks.verification.finding import Finding, FindingCell, FindingKind, Severity
 from understudy.addons.checks.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 from understudy.errors import join_names
+from understudy.model.automaton import name_next_state
 from understudy.model.describe import name_examples
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.lesson import Example
@@ -89,7 +90,7 @@ def _list_single_examples(subject: Subject) -> Iterator[_OneExample]:
             box = domain & leaf.box
             if leaf.node == STAY or not leaf.tested or not level.space.has_vectors(box):
                 continue
-            answer = state if leaf.outcome == STAY else level.automaton.states[leaf.outcome].name
+            answer = name_next_state(level.automaton, state, leaf.outcome)
             here = subject.list_examples(state, leaf.node)
             agreeing = [each for each in here if each.next == answer]
             pressed = [each for each in agreeing if each.is_from_press]

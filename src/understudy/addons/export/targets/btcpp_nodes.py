@@ -65,8 +65,8 @@ class NodeWriter:
                 for channel in self.hierarchy.channels:
                     called = self.names.c.channels[channel.name]
                     at = repr(float(basic.command.get(channel.name, channel.rest)))
-                    shown = SubElement(model, "input_port", name=called, type="double", default=at)
-                    shown.text = (
+                    input_port = SubElement(model, "input_port", name=called, type="double", default=at)
+                    input_port.text = (
                         clean(f"{channel.doc} {channel.unit}") if channel.doc or channel.unit else None
                     )
         return models

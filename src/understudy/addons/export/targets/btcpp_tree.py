@@ -120,9 +120,9 @@ class TreeWriter:
             return rest
         if len(cases) == 1:
             state, child = cases[0]
-            asked, described = self._is_in(number, state), clean(automaton.states[state].name)
+            condition, described = self._is_in(number, state), clean(automaton.states[state].name)
             choice = Element("IfThenElse", name=name)
-            SubElement(choice, "ScriptCondition", name=described, code=asked)
+            SubElement(choice, "ScriptCondition", name=described, code=condition)
             choice.extend((child, rest))
             return choice
         if len(cases) > MOST_CASES:
@@ -195,8 +195,8 @@ class TreeWriter:
     def _decide(self, place: StateTree) -> Iterator[tuple[int, Element]]:
         """Write what decides in the states of a place: the tree itself, or one that they share."""
         routines = place.decision.routines
-        asked = {feature for each in routines for feature in _list_features(each)}
-        steps = [*self._measure(place.number, sorted(asked)), self.step(routines[0], place)]
+        features = {feature for each in routines for feature in _list_features(each)}
+        steps = [*self._measure(place.number, sorted(features)), self.step(routines[0], place)]
         decision = steps[0]
         if len(steps) > 1:
             decision = Element("Sequence", name="measure and decide")
@@ -294,12 +294,12 @@ class TreeWriter:
 
     def _flag(self, place: StateTree, flag: int) -> str:
         """Write whether the automaton that the current state runs has raised a flag, as a script."""
-        found = []
+        paths = []
         for state in place.decision.states:
             raising = [self._is_in(*each) for each in self.hierarchy.find_raising(place.number, state, flag)]
             here = f"{self._is_in(place.number, state)} && "
-            found += [each if place.decision.state is not None else f"({here}{each})" for each in raising]
-        return " || ".join(found) or "false"
+            paths += [each if place.decision.state is not None else f"({here}{each})" for each in raising]
+        return " || ".join(paths) or "false"
 
     def _is_in(self, number: int, state: int) -> str:
         """Write whether an automaton is in a state, as a script."""

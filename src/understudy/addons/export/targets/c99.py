@@ -261,8 +261,8 @@ class CCode:
         """Yield the functions of the template that a body calls."""
         real, f = ("float", "f") if self.single else ("double", "")
         for helper in fill_template("c99/helpers.c.in", {"real": real, "f": f}).decode().split("\n\n"):
-            found = re.search(r"\w+\(", helper)
-            if found is not None and (f" {found[0]}" in body or f"({found[0]}" in body):
+            match = re.search(r"\w+\(", helper)
+            if match is not None and (f" {match[0]}" in body or f"({match[0]}" in body):
                 yield f"{helper.rstrip()}\n"
 
     def _body(self) -> Iterator[str]:

@@ -199,13 +199,13 @@ class CSource(RoutineText):
                 )
             for effect in state.effects:
                 at = automaton.find_memory(effect)
-                kept, is_set = f"m->{called}.{effect.of}s[{at}]", f"m->{called}.is_set[{at}]"
+                memory, is_set = f"m->{called}.{effect.of}s[{at}]", f"m->{called}.is_set[{at}]"
                 if effect.of == "counter":
                     value = str(int(effect.value)) if self.single else self.write_real(effect.value)
                     value = "0" if effect.action == "reset" else value
-                    lines.append(f"{kept} {'+=' if effect.action == 'increment' else '='} {value};")
+                    lines.append(f"{memory} {'+=' if effect.action == 'increment' else '='} {value};")
                 elif effect.action == "set":
-                    lines.append(f"{kept} = now; {is_set} = 1;")
+                    lines.append(f"{memory} = now; {is_set} = 1;")
                 else:
                     lines.append(f"{is_set} = 0;")
             if lines:

@@ -110,15 +110,15 @@ def _check_constants(
         for each in hierarchy.automata
         for state in each.states
     ]
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
     for what, constant in constants:
-        if constant.upper() in found:
+        if constant.upper() in names:
             raise DefinitionError(
-                what=f"{found[constant.upper()]} and {what}",
+                what=f"{names[constant.upper()]} and {what}",
                 problem=f"both become {constant!r} in the exported code",
                 remedy="rename one of the two",
             )
-        found[constant.upper()] = what
+        names[constant.upper()] = what
 
 
 BUILT_IN = """
@@ -176,15 +176,15 @@ def name_for_trees(hierarchy: Hierarchy) -> TreeNames:
 
 def _list_memory(automaton: GroundAutomaton) -> list[tuple[str, int, str]]:
     """List what an automaton remembers, and what its trees measure: sort, index and name."""
-    found = [("state", 0, "state"), ("entered", 0, "entered"), ("leaf", 0, "leaf")]
-    found += [("counter", index, name) for index, name in enumerate(automaton.counters)]
-    found += [("timer", index, f"{name} set") for index, name in enumerate(automaton.timers)]
-    found += [
+    fields = [("state", 0, "state"), ("entered", 0, "entered"), ("leaf", 0, "leaf")]
+    fields += [("counter", index, name) for index, name in enumerate(automaton.counters)]
+    fields += [("timer", index, f"{name} set") for index, name in enumerate(automaton.timers)]
+    fields += [
         ("measured", index, source.name)
         for index, source in enumerate(automaton.features)
         if is_measured(source)
     ]
-    return found
+    return fields
 
 
 def is_measured(source: FeatureSource) -> bool:

@@ -75,8 +75,8 @@ def _describe_feature(feature: Feature) -> dict[str, Any]:
     expression: Any = None
     if feature.function is not None:
         translated = translate_function(feature.function, feature.parameters)
-        found = translated.results.get("")
-        expression = [feature.name] if found is None else _spell(found)
+        result = translated.results.get("")
+        expression = [feature.name] if result is None else _spell(result)
     return {
         "reading": feature.reading,
         "of": feature.of,

@@ -237,12 +237,12 @@ class PythonSource(RoutineText):
         for index, state in enumerate(automaton.states):
             lines = [f"_start_{state.child.index}(m, now)"] if state.child.is_automaton else []
             for effect in state.effects:
-                kept = f"m.{effect.of}s[{number}][{automaton.find_memory(effect)}]"
+                memory = f"m.{effect.of}s[{number}][{automaton.find_memory(effect)}]"
                 if effect.of == "counter":
                     value = self.write_real(effect.value) if effect.action != "reset" else "0.0"
-                    lines.append(f"{kept} {'+=' if effect.action == 'increment' else '='} {value}")
+                    lines.append(f"{memory} {'+=' if effect.action == 'increment' else '='} {value}")
                 else:
-                    lines.append(f"{kept} = {'now' if effect.action == 'set' else 'None'}")
+                    lines.append(f"{memory} = {'now' if effect.action == 'set' else 'None'}")
             if lines:
                 yield f"{INDENT}if state == {index}:"
                 yield from (f"{INDENT * 2}{line}" for line in lines)

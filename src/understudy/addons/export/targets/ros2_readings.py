@@ -16,7 +16,7 @@ from understudy.addons.robots.inputs import PLACE, TopicInput
 from understudy.addons.robots.robot_file import POSE, ReadingSpec
 from understudy.addons.robots.ros.message_readings import BEARING, CLEAR_M, POSE_2D, RANGE, SCAN, WIDTH
 from understudy.errors import SettingError, join_names
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import BOOLEAN, Categorical, Kind, Toroidal
 from understudy.sim.sensing.sensor_table import LOCATIONS, STUCK
 
@@ -76,8 +76,8 @@ class NodeReadings:
     def _refuse_standard_topics(self) -> None:
         """Refuse what keeps a robot safe, or gives its pose, if the exported node does not read it."""
         stops = self.file.diagnostics is not None and self.file.diagnostics.stop
-        for key, given in (("frames", self.file.frames is not None), ("diagnostics.stop", stops)):
-            if given:
+        for key, is_set in (("frames", self.file.frames is not None), ("diagnostics.stop", stops)):
+            if is_set:
                 raise SettingError(
                     where=self.file.name,
                     setting=key,
@@ -102,18 +102,18 @@ class NodeReadings:
     @cached_property
     def keys(self) -> tuple[ReadingKey, ...]:
         """All readings and places that have to be read, each after those that it is computed of."""
-        found: dict[ReadingKey, None] = {}
+        keys: dict[ReadingKey, None] = {}
 
         def need(reading: str, target: str | None) -> None:
-            if (reading, target) in found or not self._has(reading, target):
+            if (reading, target) in keys or not self._has(reading, target):
                 return
             for each in self._list_parts(reading, target):
                 need(*each)
-            found[reading, target] = None
+            keys[reading, target] = None
 
         for slot in self.hierarchy.readings:
             need(slot.reading, slot.target)
-        return tuple(found)
+        return tuple(keys)
 
     def _list_parts(self, reading: str, target: str | None) -> Iterator[ReadingKey]:
         """Yield what a reading is computed of."""
@@ -138,16 +138,16 @@ class NodeReadings:
         needed = set(self.keys)
         if self.file.limits.geofence is not None:
             needed |= {(axis, None) for axis in PLACE}
-        found: list[SourceCode] = []
+        sources: list[SourceCode] = []
         for source in self.robot.sources:
             if source.required or any(key in needed for key in source.keys):
                 identifier = make_identifier(source.name).upper()
-                taken = {each.identifier for each in found}
+                taken = {each.identifier for each in sources}
                 identifier = f"FROM_{identifier}"
                 if identifier in taken:
-                    identifier += f"_{len(found)}"
-                found.append(SourceCode(source, identifier, self._write_values(source)))
-        return tuple(found)
+                    identifier += f"_{len(sources)}"
+                sources.append(SourceCode(source, identifier, self._write_values(source)))
+        return tuple(sources)
 
     def _write_values(self, source: TopicInput) -> tuple[str, ...]:
         if source.name in self.file.readings and (source.name, None) in source.keys:
@@ -202,8 +202,10 @@ class NodeReadings:
         if self.uses_random:
             yield 'const auto seed = static_cast<std::uint64_t>(declare_parameter<std::int64_t>("seed", 0));'
             for index, _ in self._random:
-                made = f"std::make_unique<understudy::RandomNumber>(seed + {index}, {self._period(index)})"
-                yield f"random_{index}_ = {made};"
+                constructor = (
+                    f"std::make_unique<understudy::RandomNumber>(seed + {index}, {self._period(index)})"
+                )
+                yield f"random_{index}_ = {constructor};"
 
     @property
     def uses_random(self) -> bool:
@@ -296,8 +298,7 @@ class NodeReadings:
                 text = f"{located[target]}.{reading}"
             else:
                 text = self._write_reading(index, reading, target, variables)
-            label = reading if target is None else f"{reading}({target})"
-            yield f"const double {name} = {text};  // {label}"
+            yield f"const double {name} = {text};  // {format_reading_label((reading, target))}"
         for slot in self.hierarchy.readings:
             variable = variables.get((slot.reading, slot.target))
             if variable is not None:

@@ -117,13 +117,13 @@ class _ScxmlDocument:
         memory = self.text.memory(state.owner)
         yield f"{memory}.entered = now;"
         for effect in state.effects:
-            kept = ".".join((memory, *self.text.find_memory(state.owner, effect)))
+            place = ".".join((memory, *self.text.find_memory(state.owner, effect)))
             value = write_number(effect.value)
             if effect.of == "timer":
                 value = "now" if effect.action == "set" else "null"
             elif effect.action == "reset":
                 value = "0"
-            yield f"{kept} {'+=' if effect.action == 'increment' else '='} {value};"
+            yield f"{place} {'+=' if effect.action == 'increment' else '='} {value};"
 
     def _take_events(self, element: Element, root: ChartState) -> None:
         """Write the transitions of the events that come from outside, and of errors."""
@@ -134,8 +134,8 @@ class _ScxmlDocument:
         statements.append("if (trace !== null) { trace = []; }")
         if self.hierarchy.is_coordinator:
             order, issued = (self.text.channels[each.name] for each in self.hierarchy.channels)
-            given = f"{order}: commands.{order}, {issued}: issued_at === now ? 1 : 0"
-            statements.append(f"commands = {{{given}}};")
+            commands = f"{order}: commands.{order}, {issued}: issued_at === now ? 1 : 0"
+            statements.append(f"commands = {{{commands}}};")
         SubElement(tick, "script").text = " ".join(statements)
         if self.computes:
             SubElement(tick, "raise", event="act")
@@ -147,8 +147,8 @@ class _ScxmlDocument:
         basic = self.hierarchy.basics[index]
         if self.hierarchy.is_coordinator:
             order, issued = (each.name for each in self.hierarchy.channels)
-            given = {order: 0.0 if basic.order is None else float(index), issued: 1.0}
-            _assign(parent, "commands", write_object(self.text.commands(given)))
+            commands = {order: 0.0 if basic.order is None else float(index), issued: 1.0}
+            _assign(parent, "commands", write_object(self.text.commands(commands)))
             _assign(parent, "issued_at", "now")
         elif basic.is_function:
             _assign(parent, "commands", f"command_{index}(readings)")

@@ -59,9 +59,9 @@ class ExportTarget:
         """
         from understudy.addons.export.conformance import format_conformance
 
-        made = self.load()(job)
-        rows = format_conformance(job.conformance, job.hierarchy, made.names)
-        return replace(made, files={**made.files, ROWS: rows})
+        target_files = self.load()(job)
+        rows = format_conformance(job.conformance, job.hierarchy, target_files.names)
+        return replace(target_files, files={**target_files.files, ROWS: rows})
 
 
 HERE = "understudy.addons.export.targets"

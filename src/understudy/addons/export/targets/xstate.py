@@ -71,25 +71,25 @@ class _Machine:
         return {"id": "machine", "initial": root.identifier, "context": context, "states": states}
 
     def _state(self, state: ChartState) -> dict[str, Any]:
-        made: dict[str, Any] = {"id": state.id, "description": state.title}
+        node: dict[str, Any] = {"id": state.id, "description": state.title}
         if state.is_final:
-            made["type"] = "final"
+            node["type"] = "final"
         entry = [*self._changes(state)]
         if state.basic is not None:
             entry.append(self._command(state.basic))
         if entry:
-            made["entry"] = entry
+            node["entry"] = entry
         on = self._outside_events(state) if not state.path else {}
         if state.basic is not None and self.hierarchy.basics[state.basic].is_function:
             on["act"] = {"actions": [self._command(state.basic)]}
         for transition in state.transitions:
             on.setdefault(transition.event, []).append(self._transition(transition))
         if on:
-            made["on"] = on
+            node["on"] = on
         if state.states:
-            made["initial"] = state.states[0].identifier
-            made["states"] = {child.identifier: self._state(child) for child in state.states}
-        return made
+            node["initial"] = state.states[0].identifier
+            node["states"] = {child.identifier: self._state(child) for child in state.states}
+        return node
 
     def _changes(self, state: ChartState) -> Iterator[dict[str, Any]]:
         """Yield the actions that change the memory when a state is entered."""
@@ -113,8 +113,8 @@ class _Machine:
         basic = self.hierarchy.basics[index]
         if self.hierarchy.is_coordinator:
             order, issued = (each.name for each in self.hierarchy.channels)
-            given = {order: 0.0 if basic.order is None else float(index), issued: 1.0}
-            return _act("order", self.text.commands(given))
+            commands = {order: 0.0 if basic.order is None else float(index), issued: 1.0}
+            return _act("order", self.text.commands(commands))
         if basic.is_function:
             return f"command_{index}"
         return _act("command", self.text.commands(basic.command))
@@ -130,27 +130,27 @@ class _Machine:
         }
 
     def _transition(self, transition: ChartTransition) -> dict[str, Any]:
-        made: dict[str, Any] = {}
+        written: dict[str, Any] = {}
         if transition.parts:
             guard = join_parts([spell_part(part) for part in transition.parts])
             self.guards[guard] = transition.parts
-            made["guard"] = guard
+            written["guard"] = guard
         if transition.target is not None:
-            made["target"] = transition.target
-        made["actions"] = [_act("note", {"level": transition.level})]
+            written["target"] = transition.target
+        written["actions"] = [_act("note", {"level": transition.level})]
         if transition.raises is not None:
             self.raised[transition.raises] = None
-            made["actions"].append(f"raise {transition.raises}")
-        return made
+            written["actions"].append(f"raise {transition.raises}")
+        return written
 
     def write_guards(self) -> Iterator[str]:
         """Write the conditions that the configuration names, as lines of an object."""
         for name, parts in self.guards.items():
             plain = [part for part in parts if isinstance(part, str)]
-            asked = [_ask_flag(part) for part in parts if isinstance(part, FlagQuestion)]
+            conditions = [_ask_flag(part) for part in parts if isinstance(part, FlagQuestion)]
             if plain:
-                asked.append(f"({{ context: {{ now, readings, memory }} }}) => {join_parts(plain)}")
-            whole = asked[0] if len(asked) == 1 else f"and([{', '.join(asked)}])"
+                conditions.append(f"({{ context: {{ now, readings, memory }} }}) => {join_parts(plain)}")
+            whole = conditions[0] if len(conditions) == 1 else f"and([{', '.join(conditions)}])"
             yield f"  {json.dumps(name)}:\n    {whole},"
 
     def write_actions(self) -> Iterator[str]:
@@ -165,8 +165,8 @@ class _Machine:
             order, issued = (self.text.channels[each.name] for each in self.hierarchy.channels)
             yield '  "take readings": assign(({ context, event }) => ({'
             yield "    ...takeReadings(context, event),"
-            given = f"{order}: context.commands.{order}, {issued}: Number(context.issued_at === event.now)"
-            yield f"    commands: {{ {given} }},"
+            commands = f"{order}: context.commands.{order}, {issued}: Number(context.issued_at === event.now)"
+            yield f"    commands: {{ {commands} }},"
             yield "  })),"
 
 
@@ -175,6 +175,6 @@ def _act(name: str, params: Any) -> dict[str, Any]:
 
 
 def _ask_flag(question: FlagQuestion) -> str:
-    asked = [f'stateIn("#{state}")' for state in question.states]
-    whole = asked[0] if len(asked) == 1 else f"or([{', '.join(asked)}])"
+    conditions = [f'stateIn("#{state}")' for state in question.states]
+    whole = conditions[0] if len(conditions) == 1 else f"or([{', '.join(conditions)}])"
     return whole if question.is_raised else f"not({whole})"

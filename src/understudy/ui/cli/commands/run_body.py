@@ -14,6 +14,7 @@ from rich.text import Text
 
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import SettingError
+from understudy.model.features import format_reading_label
 from understudy.records.header import RunInfo
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.link import link
@@ -144,10 +145,8 @@ class BodyRunSession:
         """Return the present value of all readings of each agent."""
         percept = self.world.sense(list_reading_keys(self.world))
         return {
-            name if target is None else f"{name}({target})": [
-                None if isnan(value) else value for value in column.tolist()
-            ]
-            for (name, target), column in percept.items()
+            format_reading_label(key): [None if isnan(value) else value for value in column.tolist()]
+            for key, column in percept.items()
         }
 
     def result(self) -> BodyRunResult:

@@ -14,6 +14,7 @@ from understudy.addons.recordings.driver_contradictions import DriverContradicti
 from understudy.addons.recordings.propose_behaviors import describe_command
 from understudy.addons.recordings.relabel import list_label_questions
 from understudy.model.example_source import ExampleSource
+from understudy.model.features import format_reading_label
 from understudy.model.value_kinds import Continuous, Kind
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
@@ -277,8 +278,8 @@ def describe_series(review: RecordingReview, places: NDArray[np.float64] | None)
         )
         for index, channel in enumerate(drive.channels)
     ]
-    for (name, target), column in drive.values.items():
-        label, reading = name if target is None else f"{name}({target})", readings[name]
+    for key, column in drive.values.items():
+        label, reading = format_reading_label(key), readings[key[0]]
         series.append(
             _describe_column(label, reading.unit, reading.kind, column[ticks], ticks, is_command=False)
         )

@@ -12,7 +12,6 @@ from understudy.judging.properties import lesson_tests
 from understudy.judging.properties.lesson_tests import (
     LessonTestResult,
     find_regressions_since_saved,
-    list_dependencies,
     run_lesson_test,
 )
 from understudy.judging.properties.monitor import PropertyRule
@@ -21,7 +20,7 @@ from understudy.judging.simplify_preview import BeforeAfter
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
 from understudy.model.binding import format_bound_name
-from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton, list_dependencies
 from understudy.model.property import Property, StoredMoment
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import format_scenario
