@@ -13,7 +13,7 @@ from understudy.errors import SettingError
 from understudy.judging.comparison import compare
 from understudy.judging.evaluate import evaluate
 from understudy.judging.evaluation import Evaluation
-from understudy.judging.rollout import Outcomes
+from understudy.judging.outcomes import Outcomes
 from understudy.model.library import Library
 
 

@@ -14,7 +14,7 @@ from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.judging.baseline import LENIENCE, ControllerRun
 from understudy.judging.behavior_run import ProgramRun
 from understudy.judging.evaluate import evaluate, find_success_flag
-from understudy.judging.rollout import measure_success
+from understudy.judging.outcomes import measure_success
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState, feature
 from understudy.model.library import Library, TrainedAutomaton

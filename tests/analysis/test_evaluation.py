@@ -11,7 +11,7 @@ import pytest
 
 from understudy.errors import SettingError
 from understudy.judging.baseline import ControllerRun
-from understudy.judging.rollout import Outcomes, measure_success
+from understudy.judging.outcomes import Outcomes, measure_success
 from understudy.sim.forage import Forage, ForageSettings, make_corner_cases
 from understudy_lab.tasks.forage_expert import ExpertForager, lower_bound
 

@@ -17,7 +17,7 @@ from tests.ui.cli.forage_parts import AUTOMATA, goto
 from understudy.errors import SettingError
 from understudy.judging.evaluation import Evaluation
 from understudy.judging.intervals import exact_interval_of_share
-from understudy.judging.rollout import Outcomes
+from understudy.judging.outcomes import Outcomes
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.describe import list_conditions_by_switch
 from understudy.model.diff import diff_automata

@@ -12,7 +12,7 @@ import pytest
 from tests.ui.cli.forage_parts import AUTOMATA, goto
 
 from understudy.judging.evaluation import Evaluation
-from understudy.judging.rollout import Outcomes
+from understudy.judging.outcomes import Outcomes
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.diff import diff_automata
 from understudy.model.features import BoundFeature, Feature

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from understudy.entry_points import BASELINES, list_entry_points, load_object
 from understudy.errors import SettingError, UnknownName
 from understudy.judging.behavior_run import BehaviorRun, RunReading
-from understudy.judging.rollout import Outcomes, Progress, measure_success, skip_progress
+from understudy.judging.outcomes import Outcomes, measure_success
+from understudy.judging.rollout import Progress, skip_progress
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands

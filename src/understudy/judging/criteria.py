@@ -17,19 +17,15 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError, UnknownName
 from understudy.judging.behavior_run import BehaviorRun, ProgramRun
 from understudy.judging.named_reading import YES, check_yes_or_no
-from understudy.judging.raised_range import RaisedRange, RaisedReader
-from understudy.judging.rollout import (
-    TICKS_AT_ONCE,
-    Monitor,
+from understudy.judging.outcomes import (
     Outcomes,
-    Progress,
     SuccessMonitor,
     monitor_condition,
     monitor_flag,
     monitor_goal,
-    roll_out,
-    skip_progress,
 )
+from understudy.judging.raised_range import RaisedRange, RaisedReader
+from understudy.judging.rollout import TICKS_AT_ONCE, Monitor, Progress, roll_out, skip_progress
 from understudy.judging.world_run import (
     ABSENT,
     Goal,

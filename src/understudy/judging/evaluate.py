@@ -16,7 +16,7 @@ from typing import Any
 
 from understudy.errors import SettingError
 from understudy.judging.criteria import Criteria
-from understudy.judging.evaluation import Evaluation
+from understudy.judging.evaluation import RESULTS, Evaluation
 from understudy.judging.evaluation_jobs import Executor, run_in_jobs
 from understudy.judging.evaluation_task import EvaluationTask, MakeBody
 from understudy.judging.raised_range import find_shown_goal
@@ -31,9 +31,6 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts
 
 SUCCESS_FLAG, FAILURE_FLAG = USUAL_FLAGS
-
-RESULTS = ("seed", "success", "seconds", "limit_s", "delivered", "gathered", "expert_seconds", "relative")
-"""The names of the results that each world has, which metrics cannot have."""
 
 
 def evaluate(

@@ -10,15 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.judging.intervals import MedianEstimate, exact_interval_of_share, find_median
+from understudy.judging.outcomes import Outcomes
 from understudy.judging.raised_range import RaisedRange, describe_raised
 from understudy.judging.result_table import CSV, MARKDOWN, Cell, Limits, Share, format_table
-from understudy.judging.rollout import Outcomes
 from understudy.model.data_frames import make_frame
 from understudy.model.drawing import Axes, call_markup, call_plot
 from understudy.model.value_kinds import Column
 
 MEASURES = {"seconds": "time to finish (s)", "relative": "relative food per second"}
 """The results whose names are written out in tables for people."""
+
+
+RESULTS = ("seed", "success", "seconds", "limit_s", "delivered", "gathered", "expert_seconds", "relative")
+"""The names of the results that each world has, which metrics cannot have."""
 
 
 def name_measure(name: str, layout: str) -> str:

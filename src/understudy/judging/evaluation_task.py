@@ -14,7 +14,8 @@ from understudy.judging.baseline import LENIENCE, find_baseline, measure_baselin
 from understudy.judging.behavior_run import BehaviorRun, ProgramRun, TeamRun
 from understudy.judging.criteria import Criteria, JudgedRuns, find_goal, judge_runs
 from understudy.judging.evaluation import Evaluation, join_evaluations
-from understudy.judging.rollout import WORLDS_AT_ONCE, Outcomes, Progress
+from understudy.judging.outcomes import Outcomes
+from understudy.judging.rollout import WORLDS_AT_ONCE, Progress
 from understudy.judging.world_run import SuccessRule, format_exception, name_value
 from understudy.model.library import Library
 from understudy.model.value_kinds import Column

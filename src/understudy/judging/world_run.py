@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.judging.behavior_run import BehaviorRun, RunReading, TeamRun
-from understudy.judging.rollout import Instant, Monitor, SuccessMonitor
+from understudy.judging.outcomes import SuccessMonitor
+from understudy.judging.rollout import Instant, Monitor
 from understudy.model.value_kinds import Column
 from understudy.runtime.body import Body
 from understudy.runtime.team.team import Team

@@ -14,7 +14,7 @@ import numpy as np
 
 from understudy.judging.baseline import LENIENCE
 from understudy.judging.behavior_run import ProgramRun
-from understudy.judging.rollout import Outcomes, measure_success
+from understudy.judging.outcomes import Outcomes, measure_success
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, Feature

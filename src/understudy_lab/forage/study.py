@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from understudy.judging.baseline import ControllerRun
-from understudy.judging.rollout import measure_success
+from understudy.judging.outcomes import measure_success
 from understudy.sim.forage import Forage, make_corner_cases
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units, goals_among
 from understudy_lab.figures import Dots, Panels, by_group

@@ -12,7 +12,7 @@ import numpy as np
 
 from understudy.judging.baseline import LENIENCE
 from understudy.judging.behavior_run import ProgramRun
-from understudy.judging.rollout import measure_success
+from understudy.judging.outcomes import measure_success
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library

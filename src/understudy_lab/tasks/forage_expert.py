@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.judging.baseline import Baseline, measure_baseline
-from understudy.judging.rollout import Outcomes
+from understudy.judging.outcomes import Outcomes
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands

@@ -14,19 +14,11 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.judging.behavior_run import BehaviorRun
+from understudy.judging.outcomes import SuccessMonitor, WorldColumns
 from understudy.judging.properties.condition import ClauseTest, Condition, parse_condition
 from understudy.judging.properties.goal_progress import GoalProgress
 from understudy.judging.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition
-from understudy.judging.rollout import (
-    TICKS_AT_ONCE,
-    Instant,
-    Monitor,
-    Progress,
-    SuccessMonitor,
-    WorldColumns,
-    roll_out,
-    skip_progress,
-)
+from understudy.judging.rollout import TICKS_AT_ONCE, Instant, Monitor, Progress, roll_out, skip_progress
 from understudy.judging.world_run import SuccessRule
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.value_kinds import Column

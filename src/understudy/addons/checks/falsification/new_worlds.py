@@ -20,11 +20,12 @@ from understudy.judging.baseline import LENIENCE, find_baseline, measure_baselin
 from understudy.judging.behavior_run import BehaviorRun, ProgramRun
 from understudy.judging.criteria import TICKS_BETWEEN_READINGS, judge_runs
 from understudy.judging.evaluate import find_flags, make_evaluation_task
+from understudy.judging.outcomes import monitor_flag
 from understudy.judging.properties.goal_progress import ProgressMonitor
 from understudy.judging.properties.monitor import monitor_property
 from understudy.judging.properties.offered_goals import find_behavior_success
 from understudy.judging.raised_range import find_shown_goal
-from understudy.judging.rollout import Instant, Monitor, Progress, monitor_flag, roll_out, skip_progress
+from understudy.judging.rollout import Instant, Monitor, Progress, roll_out, skip_progress
 from understudy.learning.shown_ranges import ShownRange
 from understudy.model.describe import format_value
 from understudy.model.library import Library

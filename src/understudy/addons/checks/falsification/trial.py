@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from understudy.addons.checks.falsification.joint_worlds import Trial, group_alike, lay_out_each
 from understudy.judging.behavior_run import BehaviorRun, ProgramRun
 from understudy.judging.evaluation_task import EvaluationTask
+from understudy.judging.outcomes import WorldColumns, monitor_flag, monitor_goal
 from understudy.judging.properties.goal_progress import ProgressMonitor
-from understudy.judging.rollout import Instant, Monitor, WorldColumns, monitor_flag, monitor_goal, roll_out
+from understudy.judging.rollout import Instant, Monitor, roll_out
 from understudy.model.describe import format_value
 from understudy.model.value_kinds import Column
 from understudy.sim.scenario.schema import Scenario
