@@ -53,7 +53,8 @@ export class Live {
     const ends = [
       stop,
       () => turn(false),
-      listenTo(globalThis, { keydown: down, keyup: up, blur: away, contextmenu: away }, { capture: true }),
+      listenTo(globalThis, { keydown: down, keyup: up, contextmenu: away }, { capture: true }),
+      listenTo(globalThis, { blur: away }), // of the window, not of what is in it: that does not rise to the window
       listenTo(document, { visibilitychange: away }),
     ];
     return () => ends.forEach((end) => end());

@@ -61,6 +61,16 @@ function key(type: "keydown" | "keyup", name: string, more: object = {}): void {
   page.dispatchEvent(Object.assign(event, { key: name, ...more }));
 }
 
+test("an element that loses the focus does not let go", () => {
+  const captured: string[] = [];
+  vi.stubGlobal("addEventListener", (type: string, _: unknown, options?: AddEventListenerOptions) => {
+    if (options?.capture === true) captured.push(type);
+  });
+  live.begin()();
+  expect(captured).toContain("keydown");
+  expect(captured).not.toContain("blur"); // which does not rise to the window, but is captured there on its way down
+});
+
 test("it moves while the key is held, and the studio is told all the while", () => {
   key("keydown", "h");
   vi.advanceTimersByTime(300);

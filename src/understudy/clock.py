@@ -1,4 +1,4 @@
-"""Monotonic time, and waiting by it, as one value that a test can replace by simulated time."""
+"""Monotonic time, and waiting by it, as one value that a test can replace; and how far clocks are apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compiled kernels in files, as Numba's dispatchers save and load them."""
+"""Compiled kernels in files, as Numba's dispatchers save and load them, and the processors they are shipped for."""
 
 import logging
 import pickle

@@ -1,4 +1,4 @@
-"""Runs: the loop of sensing, deciding and acting over a body whose agents run programs of a library."""
+"""Runs: the loop of sensing, deciding and acting over a body whose agents run programs; and the paths they took."""
 
 from __future__ import annotations
 

@@ -110,6 +110,7 @@ BAD = [  # arguments, what the error says
     (["studio", "-l", "{lib}/no", "--drive", "--behaviors", "fly"], "no behavior 'fly'"),
     (["studio", "-l", "{lib}/no", "--drive", "--features", "fly"], "no feature 'fly'"),
     (["learn", "/none.csv"], "/none.csv"),
+    (["learn", ""], "Is a directory; name a CSV file"),
     (
         ["learn", "/none.csv", "--name", "x"],
         "--library is missing; give the folder of the library to save 'x' in",

@@ -105,7 +105,7 @@ class GroupCommands(Mapping[str, Any]):
         return len(self._table.list_group(self._group))
 
     def __contains__(self, word: object) -> bool:
-        return self._find(word) is not None
+        return bool(word) and self._find(word) is not None
 
     def __getitem__(self, word: str) -> Any:
         entry = self._find(word)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isnan
-from pathlib import Path
 from time import sleep
-from typing import Annotated
 
 import typer
 from rich.markup import escape
@@ -21,9 +19,6 @@ from understudy.errors import join_names
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console, make_table
 from understudy.ui.cli.robots_options import RobotColorOptions, RobotsCheckOptions
-
-RobotOf = Annotated[Path, typer.Argument(metavar="FILE", help="File of the robot.", show_default=False)]
-
 
 NOTHING = 1e-6
 """Magnitude below which values are shown as 0, to hide rounding errors."""

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Event
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import typer
 from msgspec.structs import replace
@@ -48,15 +48,6 @@ GRACE_S = 1.0
 """Time (s) that robots in processes of their own have to end before they get SIGTERM."""
 LEAVING_S = 10.0
 """Time (s) after SIGTERM before they are killed."""
-
-
-OnlyRobot: TypeAlias = Annotated[
-    str | None,
-    typer.Option("--only", metavar="NAME", help="Run only this robot, or only the referee.", hidden=True),
-]
-ParentProcess: TypeAlias = Annotated[
-    int, typer.Option("--parent", metavar="PID", help="Process that started this one.", hidden=True)
-]
 
 
 def simulate_robots(options: SimulateOptions) -> None:
