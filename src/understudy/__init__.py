@@ -122,7 +122,7 @@ if TYPE_CHECKING:
     from understudy.training.trainee import Mode as Mode
     from understudy.training.trainee import SessionView as SessionView
 
-__version__ = "0.3.0"
+__version__ = "0.4.0.dev0"
 """The version of this package, from which the distribution takes its own."""
 
 _MODULES = {
