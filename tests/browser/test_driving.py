@@ -157,7 +157,7 @@ def test_driven_with_the_keyboard(page: Page, clock: SharedClock) -> None:
     hold_for(page, clock, 1.0)
     page.keyboard.press("Space")
     page.keyboard.up("a")
-    expect(page.get_by_role("button", name="Drive")).to_be_visible()
+    expect(page.get_by_role("button", name="Drive", exact=True)).to_be_visible()
     expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled()
     told = labels(page)
     assert told == ["forward", "rotate_right", "load_food"], told
