@@ -1,1 +1,1 @@
-"""What stands around the core: each package imports the core, and of the others at most `robots`."""
+"""Add-ons around the core: each package imports the core, and of the other add-ons at most `robots`."""
