@@ -21,7 +21,8 @@ from tests.robots.rovers import ROVER
 
 from understudy import BOOLEAN, Behavior, Command, Feature, Forage, Kit, Target, load_scenario
 from understudy.addons.export.targets.target_table import TARGETS
-from understudy.addons.recordings.recorded_table import read_csv, read_json_lines
+from understudy.addons.recordings.mapping_file import CommandColumn, RecordingMap
+from understudy.addons.recordings.table_files import read_csv, read_json_lines
 from understudy.addons.robots.robot_file import parse_robot
 from understudy.errors import FileError
 from understudy.sim.forage import FORAGE_KIT
@@ -193,6 +194,9 @@ def name_no_file(path: Path, _: object) -> Any:
     raise FileError(path="", place="", problem="it is not there", remedy="look for it")
 
 
+STAMPED = RecordingMap(
+    format="understudy-recording-map/1", time="stamp", commands=(CommandColumn(column="command.drive"),)
+)
 BAD_READERS: list[tuple[Callable[[Path, object], Any], str]] = [
     (lambda path, _: 7, "it returns a RecordedTable; it returned 7"),
     (lambda path, _: path.stop(), "it reads the recording; it raised AttributeError"),  # type: ignore[attr-defined]
@@ -202,7 +206,7 @@ BAD_READERS: list[tuple[Callable[[Path, object], Any], str]] = [
     (change_rows(lines=[7] * 20), "a row has a number in the file, which rises"),
     (change_rows(cells=[[0.0, 1.0, b"2"]] * 20), "a cell is a number, a text, or None .* is bytes"),
     (change_rows(omissions=[7]), "omissions are sentences"),
-    (change_rows(time="stamp"), "its times are a column"),
+    (change_rows(mapping=STAMPED), "its mapping names its columns"),
     (stop_moving, "its table becomes a drive; it raised FileError: .*no motion"),
     (lambda path, _: read_csv(path)._replace(counted=f"{next(CALLS)}"), "the same file gives the same table"),
     (change_file, "it leaves the file as it is|the same file gives the same table"),

@@ -57,7 +57,12 @@ def test_the_report_is_printed(tmp_path: Path) -> None:
 
 SAID = [  # row that is changed, what it becomes, what is said about it, episodes
     (100, "9.9,abc,0.8", "line 101, column 'range(ball)': 'abc' is no number; taken as absent", 1),
-    (100, "9.9,2.0,nan", "line 101: no time or no command; left out", 1),
+    (
+        100,
+        "9.9,2.0,nan",
+        "1 of 300 rows have no command of drive; the last one holds, at most 0.1 s (line 101)",
+        1,
+    ),
     (300, "29.9,2.0", "line 301: 2 cells instead of 3; the file ends in the middle of it", 1),
     (200, "3.0,2.0,0.8", "line 201: time goes back from 19.8 to 3 s; another episode begins", 3),
 ]

@@ -198,7 +198,7 @@ class ReadingLog:
         """Make a record with rows added at the end; this one stays unchanged."""
         import numpy as np
 
-        added = np.array(values, np.float64).reshape(-1, len(self.keys))
+        added = np.array(values, np.float64).reshape(len(values), len(self.keys))
         return ReadingLog(self.keys, np.vstack([self.values, added]), np.append(self.seconds, seconds))
 
 

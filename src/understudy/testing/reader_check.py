@@ -75,7 +75,8 @@ def check_table(part: str, table: object) -> None:
             fits = cell is None or isinstance(cell, (Number, str))
             place = f"{table.format_place(row)}, column {name!r}"
             require(fits, part, law, f"that of {place} is {type(cell).__name__}")
-    require(table.time is None or table.time in header, part, "its times are a column", f"it has {header}")
+    for name in [] if table.mapping is None else table.mapping.list_columns():
+        require(name in header, part, "its mapping names its columns", f"there is no {name!r} among {header}")
     for each in table.omissions:
         require(isinstance(each, str), part, "omissions are sentences", f"one is {each!r:.60}")
 

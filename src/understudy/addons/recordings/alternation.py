@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.addons.recordings.candidates import Candidate, CommandModel
-from understudy.addons.recordings.driver_model import DriverModel, estimate_gain, estimate_noise, guess_driver
+from understudy.addons.recordings.driver_model import (
+    DriverModel,
+    estimate_gain,
+    estimate_noise,
+    guess_driver,
+    guess_still_driver,
+)
 from understudy.addons.recordings.lattice import Lattice, find_states
 from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, Ints, RecordedDrive
 from understudy.addons.recordings.speed_share import estimate_shares, make_full_shares, scale_aims
@@ -279,9 +285,25 @@ def fit_driver(
     DriverFit
         Candidates, driver and states of the last round.
     """
+    stack = stack_predictions(drive, candidates)
+    fitted = _alternate(drive, candidates, rules, guess_driver(drive.commands, stack.commands), width)
+    if (stack.labels[fitted.states] == stack.labels[-1]).all():
+        # Stays of a few ticks are not worth their switches for a driver with much noise. This one has little.
+        return _alternate(drive, candidates, rules, guess_still_driver(drive.commands), width)
+    return fitted
+
+
+def _alternate(
+    drive: RecordedDrive,
+    candidates: Sequence[Candidate],
+    rules: SwitchRules,
+    driver: DriverModel,
+    width: float,
+) -> DriverFit:
+    """Alternate between the labels and the driver, from a first guess of the driver."""
     fitted = tuple(candidates)
     stack = stack_predictions(drive, fitted)
-    driver, shares = guess_driver(drive.commands, stack.commands), make_full_shares(drive)
+    shares = make_full_shares(drive)
     fit, states, former = np.zeros((0, 0)), np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(MOST_ROUNDS):
         residuals = measure_residuals(drive, stack, driver, shares)

@@ -8,18 +8,26 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.recordings.mapping_file import UNITS, CommandColumn, ReadingColumn, RecordingMap
+from understudy.addons.recordings.mapping_file import (
+    UNITS,
+    WIDEST_RAD,
+    CommandColumn,
+    ReadingColumn,
+    RecordingMap,
+)
 from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, RecordedDrive
 from understudy.addons.recordings.recorded_table import TIME, RecordedTable
 from understudy.addons.recordings.recording_readers import find_reader
+from understudy.addons.recordings.row_times import RowTimes, find_row_times
 from understudy.errors import join_names
-from understudy.model.value_kinds import Categorical, Column, Toroidal
+from understudy.model.features import format_reading_label
+from understudy.model.value_kinds import BOOLEAN, Categorical, Column, Kind, Toroidal
 from understudy.runtime.body import Channel, Reading
 
 COMMAND = "command."
@@ -27,8 +35,6 @@ COMMAND = "command."
 MOST_UNEVEN = 0.1
 """The largest deviation of the time between two rows from a tick, as a share of it; if few deviate more, rows are
 ticks."""
-WIDEST_RAD = 13.0
-"""The largest angle in radians, about two turns; a column with a larger one is refused, as it may be in degrees."""
 
 
 def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
@@ -66,41 +72,41 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
 
 def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> RecordedDrive:
     """Make a drive of a table, as `read_recorded_drive` does."""
-    if mapping is not None and mapping.time is None and table.time is not None:
-        mapping = replace(mapping, time=table.time, time_unit="s")
-    mapping = _guess_mapping(table) if mapping is None else mapping
-    commands = np.column_stack([_read_column(table, each, "the commands") for each in mapping.commands])
-    columns = {
-        (each.quantity, each.target): _read_column(table, each, f"reading {each.quantity!r}")
-        for each in mapping.readings
-    }
-    times = _read_times(table, mapping)
-    usable, pieces = _find_pieces(table, times, commands, mapping.gap_s)
+    mapping = table.mapping or mapping or _guess_mapping(table)
+    at = find_row_times(table, mapping)
+    held = _hold_commands(table, mapping, at)
+    usable = np.flatnonzero(np.isfinite(held).all(axis=1))
     if len(usable) < 2:
         raise table.refuse("", "it has fewer than two rows with commands", "give a longer recording")
-    for index, each in enumerate(mapping.commands):
-        commands[:, index] = commands[:, index] * each.scale
-    if not np.ptp(commands[usable], axis=0).any():
+    if not np.ptp(held[usable], axis=0).any():
         raise table.refuse(
             "",
             "its commands never change, so there is no motion to learn from",
             "give a recording of a drive",
         )
-    tick_s, rows, ticks, episodes = _resample(times, usable, pieces, mapping.tick_s, table.path.name)
+    columns = {}
+    readings = {}
+    for each in mapping.readings:
+        read = _read_reading(table, each, at)
+        if read is not None:
+            columns[each.quantity, each.target] = read.values
+            unit, _ = _find_unit(table, each)
+            readings[each.quantity] = Reading(
+                each.quantity, read.kind, unit, each.target is not None, each.doc
+            )
+    starts = np.searchsorted(usable, at.starts).tolist()
+    tick_s, ticks, when, episodes = _resample(at.times[usable], starts, mapping.tick_s, table.path.name)
+    rows = usable[ticks]
     return RecordedDrive(
-        ticks,
+        when,
         {key: values[rows] for key, values in columns.items()},
-        commands[rows],
-        tuple(Channel(each.name, each.rest, UNITS[each.unit][0]) for each in mapping.commands),
+        held[rows],
         tuple(
-            {
-                each.quantity: Reading(
-                    each.quantity, each.value_kind, UNITS[each.unit][0], each.target is not None, each.doc
-                )
-                for each in mapping.readings
-            }.values()
+            Channel(each.name, each.rest, UNITS.get(each.unit, (each.unit, 1.0))[0])
+            for each in mapping.commands
         ),
-        tuple(dict.fromkeys(each.target for each in mapping.readings if each.target is not None)),
+        tuple(readings.values()),
+        tuple(dict.fromkeys(target for _, target in columns if target is not None)),
         tick_s,
         episodes,
         tuple(table.omissions),
@@ -121,6 +127,12 @@ def _guess_mapping(table: RecordedTable) -> RecordingMap:
     for name in table.header:
         if name == TIME or name in commands:
             continue
+        plain, numbered, _ = name.rpartition(" (column ")
+        if numbered and plain:
+            table.list_cells(plain, of="a reading")  # refuses it: two have this name
+        if numbered:
+            table.omissions.append(f"{table.path}: a column has no name {name.strip()}; left out")
+            continue
         reading, opened, target = name.removesuffix(")").partition("(")
         about = target if opened and name.endswith(")") else None
         readings.append(ReadingColumn(column=name, name=reading if about else name, target=about))
@@ -132,88 +144,106 @@ def _guess_mapping(table: RecordedTable) -> RecordingMap:
     )
 
 
-def _read_column(table: RecordedTable, column: ReadingColumn | CommandColumn, of: str) -> Column:
-    """Read a column in the unit of its reading or command."""
-    values: Column = table.read_numbers(column.column, of=of, quiet=isinstance(column, CommandColumn))
-    _unit, factor = UNITS[column.unit]
+class _ReadingValues(NamedTuple):
+    """A reading in rows that have a time, in the unit of the reading, and its kind."""
+
+    values: Column
+    kind: Kind
+
+
+def _read_reading(table: RecordedTable, column: ReadingColumn, at: RowTimes) -> _ReadingValues | None:
+    """Read the column of a reading; one whose texts say nothing is left out, and None is returned."""
+    kind = column.value_kind
+    read = table.read_values(column.column, kind, of=f"reading {column.quantity!r}")
+    if read.kind is None:
+        table.omissions.append(
+            f"{table.path}, column {column.column!r}: texts that are the same in all rows, or too many different ones; "
+            "left out"
+        )
+        return None
+    values = _convert_unit(table, column, read.values[at.rows])
+    if isinstance(read.kind, Toroidal):
+        values = read.kind.wrap(values)
+    if column.stale_s is not None and table.mapping is None:
+        values, ages = _hold(values, at)
+        values[ages > column.stale_s] = np.nan
+    absent = int(np.isnan(values).sum())
+    if absent:
+        table.omissions.append(
+            f"{table.path}: {format_reading_label((column.quantity, column.target))} is absent in {absent} of "
+            f"{len(values)} rows"
+        )
+    return _ReadingValues(values, read.kind)
+
+
+def _find_unit(table: RecordedTable, column: ReadingColumn | CommandColumn) -> tuple[str, float]:
+    """Return the unit of a reading or command, and the factor to it; a reader that knows its columns converted them."""
+    return (column.unit, 1.0) if table.mapping is not None else UNITS[column.unit]
+
+
+def _convert_unit(table: RecordedTable, column: ReadingColumn | CommandColumn, values: Column) -> Column:
+    """Convert a column to the unit of its reading or command."""
     if column.unit == "rad" and np.nanmax(np.abs(values), initial=0.0) > WIDEST_RAD:
         raise table.refuse(
             f"column {column.column!r}",
             f"it reaches {np.nanmax(np.abs(values)):g}, which is no angle in rad",
             'write unit = "deg" in the mapping file',
         )
-    values *= factor
-    kind = column.value_kind if isinstance(column, ReadingColumn) else None
-    if isinstance(kind, Toroidal):
-        return kind.wrap(values)
-    if isinstance(kind, Categorical):
-        outside = np.flatnonzero(~np.isnan(values) & ~np.isin(values, np.arange(len(kind.labels))))
-        if len(outside):
-            raise table.refuse(
-                f"{table.format_place(int(outside[0]))}, column {column.column!r}",
-                f"{values[outside[0]]:g} is no label of {kind}",
-                f"write 0 to {len(kind.labels) - 1}",
+    return values * _find_unit(table, column)[1]
+
+
+def _hold_commands(table: RecordedTable, mapping: RecordingMap, at: RowTimes) -> Floats:
+    """Return the commands [T, C] of rows that have a time: each holds until the next one, or as long as is said.
+
+    A row before the first command of an episode has none.
+    """
+    columns = []
+    for each in mapping.commands:
+        read = table.read_values(each.column, of="the commands")
+        if read.kind is None or (isinstance(read.kind, Categorical) and read.kind != BOOLEAN):
+            raise table.refuse(f"column {each.column!r}", "its commands are texts", "map a column of numbers")
+        given = _convert_unit(table, each, read.values[at.rows]) * each.scale
+        values, ages = _hold(given, at)
+        held = np.isnan(given) & ~np.isnan(values)
+        if held.any():
+            longest = int(np.argmax(np.where(held, ages, 0.0)))
+            limit = each.hold_s
+            stopped = "" if limit is None else f"; after {limit:g} s the robot is at rest"
+            place = table.format_place(int(at.rows[longest]))
+            table.omissions.append(
+                f"{table.path}: {int(held.sum())} of {len(values)} rows have no command of {each.name}; the last one "
+                f"holds, at most {ages[longest]:.3g} s ({place}){stopped}"
             )
-    return values
-
-
-def _read_times(table: RecordedTable, mapping: RecordingMap) -> Column:
-    """Read the time of each row, s."""
-    if mapping.time is None:
-        steps: Column = np.arange(len(table.cells), dtype=np.float64)
-        steps *= mapping.tick_s or 1.0
-        return steps
-    raw = table.read_numbers(mapping.time, of="the time", quiet=True)
-    times: Column = raw * UNITS[mapping.time_unit][1]
-    if len(times) > 1:
-        usual = float(np.nanmedian(np.diff(times)))
-        if usual > mapping.gap_s:
-            raise table.refuse(
-                f"column {mapping.time!r}",
-                f"rows are {usual:g} s apart, farther than gap_s ({mapping.gap_s:g} s)",
-                "give the right time_unit, or a longer gap_s",
-            )
-    return times
-
-
-def _find_pieces(
-    table: RecordedTable, times: Column, commands: Floats, gap_s: float
-) -> tuple[NDArray[np.int64], list[int]]:
-    """Return the rows that can be used, and the positions among them at which episodes begin."""
-    usable = np.isfinite(times) & np.isfinite(commands).all(axis=1)
-    lost = np.flatnonzero(~usable)
+            if limit is not None:
+                values[ages > limit] = each.rest
+        columns.append(values)
+    commands = np.column_stack(columns)
+    lost = np.flatnonzero(~np.isfinite(commands).all(axis=1))
     if len(lost):
         more = f" and {len(lost) - 1} more rows" if len(lost) > 1 else ""
-        table.omissions.append(
-            f"{table.path} at {table.format_place(int(lost[0]))}{more}: no time or no command; left out"
-        )
-    usable_rows: list[int] = []
-    starts = [0]
-    for row in np.flatnonzero(usable).tolist():
-        if usable_rows:
-            passed = times[row] - times[usable_rows[-1]]
-            if passed == 0:
-                continue
-            if passed < 0 or passed > gap_s:
-                what = (
-                    f"time goes back from {times[usable_rows[-1]]:g} to {times[row]:g} s"
-                    if passed < 0
-                    else f"nothing was recorded for {passed:g} s"
-                )
-                table.omissions.append(
-                    f"{table.path} at {table.format_place(row)}: {what}; another episode begins"
-                )
-                starts.append(len(usable_rows))
-        usable_rows.append(row)
-    return np.array(usable_rows, np.int64), starts
+        place = table.format_place(int(at.rows[lost[0]]))
+        table.omissions.append(f"{table.path} at {place}{more}: before the first command; left out")
+    return commands
+
+
+def _hold(values: Column, at: RowTimes) -> tuple[Column, Column]:
+    """Return values as they last were in the episode, and how old they are, s."""
+    count = len(values)
+    begins = np.zeros(count, np.int64)
+    begins[at.starts] = at.starts
+    begins = np.maximum.accumulate(begins)
+    last = np.maximum.accumulate(np.where(np.isnan(values), -1, np.arange(count)))
+    known = last >= begins
+    held: Column = np.where(known, values[np.maximum(last, 0)], np.nan)
+    return held, np.where(known, at.times - at.times[np.maximum(last, 0)], 0.0)
 
 
 def _resample(
-    times: Column, usable: NDArray[np.int64], starts: Sequence[int], wanted_s: float | None, source: str
+    times: Column, starts: Sequence[int], wanted_s: float | None, source: str
 ) -> tuple[float, NDArray[np.int64], Column, tuple[DriveEpisode, ...]]:
     """Choose the row of each tick: the last one until then. Return the tick, rows, times and episodes."""
-    edges = [*starts, len(usable)]
-    pieces = [usable[first:end] for first, end in itertools.pairwise(edges) if end > first]
+    edges = [*dict.fromkeys(starts), len(times)]
+    pieces = [np.arange(first, end) for first, end in itertools.pairwise(edges) if end > first]
     steps = np.concatenate([np.diff(times[piece]) for piece in pieces])
     usual = float(np.median(steps)) if len(steps) else (wanted_s or 1.0)
     tick_s = wanted_s or float(f"{usual:.3g}")

@@ -1,242 +1,237 @@
-"""Tables of messages: MCAP files, and recordings of ROS 1 and ROS 2 that rosbags reads.
+"""Tables of messages: what a robot would have read at each tick, from the messages that were recorded.
 
-A column is a topic and a field of its messages, such as /cmd_vel.linear.x or /scan.ranges.0. Each message of the topic
-of the first command makes a row, with the last value of all other columns until then. The messages bring their
-definitions with them, so types need not be known here.
+A column is a topic and a field of its messages, such as /cmd_vel.linear.x, or whatever a robot file can say of a topic.
+Ticks are the commands, if they came regularly; otherwise ticks follow the clock.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Mapping
-from functools import cache, partial
-from importlib import import_module
-from math import nan
+from collections.abc import Mapping, Sequence
+from math import inf, isnan, nan
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from understudy.addons.recordings.mapping_file import RecordingMap
-from understudy.addons.recordings.recorded_table import TIME, RecordedTable
-from understudy.errors import FileError, UnderstudyError, join_names, suggest_known_name
-from understudy.extras import ExtraMissing
-from understudy.records.reader import iterate_records
+import numpy as np
+from numpy.typing import NDArray
 
-MCAP = ".mcap"
-REMEDY = "give an MCAP file, or a recording of ROS 1 or ROS 2"
+from understudy.addons.recordings.mapping_file import (
+    UNITS,
+    WIDEST_RAD,
+    CommandColumn,
+    ReadingColumn,
+    RecordingMap,
+)
+from understudy.addons.recordings.message_files import REMEDY, MessageFile, open_message_file
+from understudy.addons.recordings.recorded_bytes import open_decompressed
+from understudy.addons.recordings.recorded_inputs import COMMAND, TIME, InputSamples, RecordedInputs
+from understudy.addons.recordings.recorded_table import RecordedTable
+from understudy.addons.recordings.row_times import GAP_STEPS, SHORTEST_GAP_S
+from understudy.addons.robots.inputs import compute_ranges_and_bearings
+from understudy.errors import FileError
+from understudy.model.features import ReadingKey, format_reading_label
+from understudy.model.value_kinds import Column
 
-
-class _Message(NamedTuple):
-    """A message of a topic with the time at which it was recorded, ns."""
-
-    topic: str
-    time_ns: int
-    decode: Callable[[], Any]
+REGULAR = 0.9
+"""The share of commands that come about as far apart as usual, from which on each of them is a tick."""
+FASTEST_S, SLOWEST_S = 0.005, 1.0
+"""The shortest and longest tick that is chosen by itself, s."""
+SOON_S = 1e-9
 
 
 def read_messages(path: Path | str, mapping: RecordingMap | None) -> RecordedTable:
-    """Read the columns that a mapping names; column time_s has the time in s since the first message.
+    """Read what a mapping names; column time_s has the time in s since the first message.
 
-    Values that are older than the mapping's `gap_s` are absent. If the file is damaged, what comes before is used.
+    A reading is as it last was, and absent once it is older than the mapping says. A topic that cannot be decoded is
+    left out. If the file is damaged, what comes before is used.
     """
-    path = Path(path)
+    path, omissions = Path(path), list[str]()
     if mapping is None:
         raise FileError(
             path=path,
             place="",
             problem="it has messages, and no mapping file says which fields are readings and commands",
-            remedy="give --map MAP.toml; a recording of `understudy run` with presses needs no --behaviors",
+            remedy="give --map MAP.toml, or the robot's file; a recording of `understudy run` needs neither",
         )
-    names = [*(each.column for each in mapping.commands), *(each.column for each in mapping.readings)]
-    if mapping.time not in (None, TIME):
-        names.append(mapping.time)
-    columns = _group_by_topic(path, names)
-    main = names[0].partition(".")[0]
-    held, last_ns = dict.fromkeys(names, nan), dict.fromkeys(columns, -1)
-    rows: list[list[float]] = []
-    first, topics, omissions = None, set[str](), list[str]()
-    for message in _iterate(path, omissions):
-        topics.add(message.topic)
-        first = message.time_ns if first is None else first
-        if message.topic not in columns:
-            continue
-        last_ns[message.topic] = message.time_ns
-        held.update(_read_fields(path, message, columns[message.topic]))
-        if message.topic == main:
-            for topic, at in last_ns.items():
-                if message.time_ns - at > mapping.gap_s * 1e9:
-                    held.update(dict.fromkeys(columns[topic], nan))
-            rows.append([(message.time_ns - first) / 1e9, *(held[name] for name in names)])
-    for topic, fields in columns.items():
-        if topic not in topics:
-            raise FileError(
-                path=path,
-                place=f"topic {topic!r}",
-                problem=f"there is no message of it for column {next(iter(fields))!r}",
-                remedy=f"{suggest_known_name(topic, sorted(topics))}the topics are {join_names(sorted(topics))}",
+    with open_decompressed(path, remedy=REMEDY) as plain:
+        file = open_message_file(plain, omissions)
+        file.path = path
+        return _read_table(file, mapping, omissions)
+
+
+def _read_table(file: MessageFile, mapping: RecordingMap, omissions: list[str]) -> RecordedTable:
+    gap_s = mapping.gap_s or SHORTEST_GAP_S
+    recorded = RecordedInputs(file, mapping, omissions, stale_s=gap_s)
+    samples = recorded.play()
+    commands = [samples[f"{COMMAND}{each.name}"] for each in mapping.commands]
+    for column, sampled in zip(mapping.commands, commands, strict=True):
+        if not len(sampled.times):
+            topic = column.column.partition(".")[0]
+            problem = recorded.describe_problem(topic)
+            reason = f" ({problem})" if problem else ""
+            recorded.refuse(
+                f"topic {topic!r}", f"it has no message that can be read{reason}", "map another topic"
             )
-    header, numbers = (TIME, *names), range(1, len(rows) + 1)
-    return RecordedTable(path, header, numbers, rows, omissions, f"message of {main}", TIME)
-
-
-def _group_by_topic(path: Path, names: list[str]) -> dict[str, dict[str, tuple[str, ...]]]:
-    """Split names of columns, such as /odom.twist.linear.x, and return the fields of each, by topic and column name."""
-    fields_by_topic: dict[str, dict[str, tuple[str, ...]]] = {}
-    for name in names:
-        topic, *fields = name.split(".")
-        if not (topic and fields):
-            raise FileError(
-                path=path,
-                place=f"column {name!r}",
-                problem="it is no field of a message",
-                remedy="write its topic and its field in the mapping file: /cmd_vel.linear.x",
-            )
-        fields_by_topic.setdefault(topic, {})[name] = tuple(fields)
-    return fields_by_topic
-
-
-def _read_fields(
-    path: Path, message: _Message, columns: Mapping[str, tuple[str, ...]]
-) -> Iterator[tuple[str, float]]:
-    """Yield each column of a message with its value."""
-    try:
-        decoded = message.decode()
-    except UnderstudyError:
-        raise
-    except Exception as error:  # a decoder can raise any error on bytes that do not fit their definition
-        problem = f"a message cannot be decoded ({error.__class__.__name__}: {error})"
-        raise FileError(path=path, place=f"topic {message.topic!r}", problem=problem, remedy=REMEDY) from None
-    for name, fields in columns.items():
-        value = decoded
-        for field in fields:
-            available = _list_fields(value)
-            if field not in available:
-                absent = isinstance(value, Mapping) or (available and field.isdecimal())
-                if absent:  # such as a list that has fewer elements in this message
-                    value = nan
-                    break
-                raise FileError(
-                    path=path,
-                    place=f"column {name!r}",
-                    problem=f"its messages have no field {field!r}",
-                    remedy=f"{suggest_known_name(field, available)}the fields are {join_names(available)}"
-                    if available
-                    else "name the field before it",
+    tick_s, ticks = _choose_ticks(file, mapping, samples, commands, omissions)
+    values: dict[ReadingKey, Column] = {}
+    for name, source in recorded.inputs.sources.items():
+        if not name.startswith(COMMAND) and name != TIME:
+            values.update(zip(source.keys, _sample(samples[name], ticks, source.stale_s).T, strict=True))
+    _refuse_wide_angles(recorded, values)
+    readings = [*recorded.columns.values(), *_add_places(recorded, mapping, values, len(ticks))]
+    recorded.note_problems()
+    columns = {TIME: _convert_times(file, mapping, samples, ticks, recorded, omissions)}
+    columns |= {each.column: values[each.quantity, each.target] for each in readings}
+    for each, sampled in zip(mapping.commands, commands, strict=True):
+        columns[f"{COMMAND}{each.name}"] = _sample_new(sampled, ticks) * UNITS[each.unit][1] * each.scale
+    cells: Any = np.column_stack(list(columns.values()))
+    return RecordedTable(
+        file.path,
+        tuple(columns),
+        range(1, len(ticks) + 1),
+        _restore_texts(recorded.texts, columns) if recorded.texts else cells,
+        omissions,
+        "tick",
+        RecordingMap(
+            format=mapping.format,
+            time=TIME,
+            tick_s=tick_s,
+            gap_s=mapping.gap_s,
+            readings=tuple(readings),
+            commands=tuple(
+                CommandColumn(
+                    column=f"{COMMAND}{each.name}", channel=each.name, unit=UNITS[each.unit][0], rest=each.rest,
+                    hold_s=each.hold_s,
                 )
-            value = _get_field(value, field)
-        yield name, _convert(path, name, value)
+                for each in mapping.commands
+            ),
+            behaviors=mapping.behaviors,
+            world=mapping.world,
+        ),
+    )  # fmt: skip
 
 
-def _list_fields(value: Any) -> list[str]:
-    """List the fields of a message or an object, or the numbers of the elements of a list."""
-    if isinstance(value, Mapping):
-        return list(value)
-    if hasattr(value, "__dataclass_fields__"):
-        return [each for each in value.__dataclass_fields__ if not each.startswith("__")]
-    if hasattr(value, "__len__") and not isinstance(value, str):
-        return [str(index) for index in range(len(value))]
-    return []
+def _choose_ticks(
+    file: MessageFile,
+    mapping: RecordingMap,
+    samples: Mapping[str, InputSamples],
+    commands: Sequence[InputSamples],
+    omissions: list[str],
+) -> tuple[float | None, Column]:
+    """Choose the moments of ticks, s since the first message, and the length of a tick, unless its moments say it."""
+    main = commands[0].times
+    steps = np.diff(main)
+    usual = float(np.median(steps)) if len(steps) else inf
+    if usual <= SLOWEST_S and np.mean(np.abs(steps - usual) <= usual / 2) >= REGULAR:
+        return mapping.tick_s, main
+    others = [
+        each.times for name, each in samples.items() if not name.startswith(COMMAND) and len(each.times) > 2
+    ]
+    fastest = max(others, key=len, default=None)
+    spacing = usual if fastest is None else float(np.median(np.diff(fastest)))
+    tick_s = mapping.tick_s or float(f"{min(max(spacing, FASTEST_S), SLOWEST_S):.3g}")
+    omissions.append(f"{file.path}: commands came only now and then; ticks of {tick_s:g} s follow the clock")
+    heard = np.sort(np.concatenate([each.times for each in samples.values()]))
+    first = min(each.times[0] for each in commands)
+    ticks: Column = np.arange(first, heard[-1] + tick_s / 2, tick_s)
+    before = np.searchsorted(heard, ticks + SOON_S, side="right") - 1
+    after = np.minimum(before + 1, len(heard) - 1)
+    gap_s = mapping.gap_s or max(SHORTEST_GAP_S, GAP_STEPS * tick_s)
+    silent = (heard[after] - heard[before] > gap_s) & (ticks - heard[before] > tick_s)
+    return tick_s, ticks[~silent]
 
 
-def _get_field(value: Any, field: str) -> Any:
-    if isinstance(value, Mapping):
-        return value[field]
-    return getattr(value, field) if hasattr(value, "__dataclass_fields__") else value[int(field)]
+def _sample(samples: InputSamples, ticks: Column, stale_s: float) -> NDArray[np.float64]:
+    """Return the last values of an input at each tick [T, K]; NaN where there are none, or they are too old."""
+    if not len(samples.times):
+        return np.full((len(ticks), samples.values.shape[1]), nan)
+    at = np.searchsorted(samples.times, ticks + SOON_S, side="right") - 1
+    last = np.maximum(at, 0)
+    sampled: NDArray[np.float64] = samples.values[last].copy()
+    sampled[(at < 0) | (ticks - samples.heard[last] > stale_s + SOON_S)] = nan
+    return sampled
 
 
-def _convert(path: Path, name: str, value: Any) -> float:
-    """Convert a value to a number; a time of ROS becomes seconds."""
-    if hasattr(value, "sec") and hasattr(value, "nanosec"):
-        return float(value.sec + value.nanosec * 1e-9)
-    if value is None:
-        return nan
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        fields = _list_fields(value)
-        remedy = f"name one of {join_names(fields)} in it" if fields else "map another column"
-        raise FileError(
-            path=path, place=f"column {name!r}", problem="it is no number", remedy=remedy
-        ) from None
+def _sample_new(samples: InputSamples, ticks: Column) -> Column:
+    """Return the command that came since the tick before, at each tick; NaN where none came."""
+    at = np.searchsorted(samples.times, ticks + SOON_S, side="right") - 1
+    is_new = np.diff(at, prepend=-1) > 0
+    sampled: Column = np.where(is_new & (at >= 0), samples.values[np.maximum(at, 0), 0], nan)
+    return sampled
 
 
-def _iterate(path: Path, omissions: list[str]) -> Iterator[_Message]:
-    """Yield the messages in their order; say what was left out of a damaged file."""
-    messages = _iterate_mcap(path) if path.suffix.lower() == MCAP and path.is_file() else _iterate_bag(path)
-    count = 0
-    try:
-        for message in messages:
-            count += 1
-            yield message
-    except UnderstudyError:
-        raise
-    except Exception as error:  # a reader can raise any error on incomplete or damaged bytes
-        problem = (
-            "there is no such file"
-            if isinstance(error, FileNotFoundError)
-            else f"it cannot be read ({error})"
+def _refuse_wide_angles(recorded: RecordedInputs, values: Mapping[ReadingKey, Column]) -> None:
+    """Refuse an angle in radians that is so large that it must be in degrees."""
+    for each in recorded.columns.values():
+        widest = float(np.nanmax(np.abs(values[each.quantity, each.target]), initial=0.0))
+        if each.unit == "rad" and widest > WIDEST_RAD:
+            problem = f"it reaches {widest:g}, which is no angle in rad"
+            recorded.refuse(f"reading {each.quantity!r}", problem, 'write unit = "deg" in the mapping file')
+
+
+def _add_places(
+    recorded: RecordedInputs, mapping: RecordingMap, values: dict[ReadingKey, Column], count: int
+) -> list[ReadingColumn]:
+    """Add ranges and bearings of targets, and return the columns of all readings that no field of a message has."""
+    if mapping.targets:
+        keys = list(values)
+        rows = zip(*(values[key].tolist() for key in keys), strict=True) if keys else ((),) * count
+        found = [
+            compute_ranges_and_bearings(mapping.targets, dict(zip(keys, row, strict=True))) for row in rows
+        ]
+        for key in found[0] if found else ():
+            values[key] = np.array([each[key] for each in found])
+    named = {(each.quantity, each.target) for each in recorded.columns.values()}
+    about = {each.name: each for each in recorded.inputs.readings}
+    return [
+        ReadingColumn(
+            column=format_reading_label(key), name=key[0], target=key[1], unit=about[key[0]].unit,
+            kind=str(about[key[0]].kind), doc=about[key[0]].doc,
         )
-        if not count:
-            raise FileError(path=path, place="", problem=problem, remedy=REMEDY) from None
-        omissions.append(f"{path} after message {count}: {problem}; what comes before is used")
+        for key in values
+        if key not in named and key[0] in about
+    ]  # fmt: skip
 
 
-def _iterate_mcap(path: Path) -> Iterator[_Message]:
-    from mcap.records import Channel, Message, Schema
-
-    schemas: dict[int, Schema] = {}
-    decoders: dict[int, tuple[str, Callable[[bytes], Any]]] = {}
-    for record in iterate_records(path):
-        if isinstance(record, Schema):
-            schemas[record.id] = record
-        elif isinstance(record, Channel):
-            decoder = _make_decoder(path, record, schemas.get(record.schema_id))
-            decoders[record.id] = record.topic, decoder
-        elif isinstance(record, Message):
-            topic, decode = decoders[record.channel_id]
-            yield _Message(topic, record.log_time, partial(decode, record.data))
-
-
-def _make_decoder(path: Path, channel: Any, schema: Any) -> Callable[[bytes], Any]:
-    """Return the function that decodes the messages of a channel of an MCAP file."""
-    if channel.message_encoding == "json":
-        return json.loads
-    if channel.message_encoding == "cdr" and schema is not None and schema.encoding == "ros2msg":
-        return partial(_decode_cdr, schema.data.decode(), schema.name)
-
-    def refuse(_: bytes) -> Any:
-        encoding = f"{channel.message_encoding} with {'no schema' if schema is None else schema.encoding}"
-        raise FileError(
-            path=path,
-            place=f"topic {channel.topic!r}",
-            problem=f"its messages are encoded as {encoding}",
-            remedy="record it as JSON, or as CDR with ros2msg as ROS 2 does",
+def _convert_times(
+    file: MessageFile,
+    mapping: RecordingMap,
+    samples: Mapping[str, InputSamples],
+    ticks: Column,
+    recorded: RecordedInputs,
+    omissions: list[str],
+) -> Column:
+    """Return the times of ticks: when messages arrived, or by the stamps that the mapping names."""
+    if mapping.time in (None, TIME):
+        return ticks
+    arrived, stamps = samples[TIME].times, samples[TIME].values[:, 0]
+    good = ~np.isnan(stamps) & (stamps != 0)
+    place = f"column {mapping.time!r}"
+    if not good.any():
+        recorded.refuse(place, "its stamps are all 0", f'write time = "{TIME}" for the times of arrival')
+    if not good.all():
+        count = int((~good).sum())
+        omissions.append(
+            f"{file.path}, {place}: {count} stamps are 0; the times of arrival stand in for them"
         )
-
-    return refuse
-
-
-def _decode_cdr(definition: str, type: str, data: bytes) -> Any:
-    return _load_types(definition, type).deserialize_cdr(data, type)
-
-
-@cache
-def _load_types(definition: str, type: str) -> Any:
-    """Load the message types of a definition, such as an MCAP file has for each of its topics."""
-    types = _import_rosbags("typesys")
-    store = types.get_typestore(types.Stores.EMPTY)
-    store.register(types.get_types_from_msg(definition, type))
-    return store
+    arrived, stamps = arrived[good], stamps[good]
+    lag = arrived + (file.first_ns or 0) * 1e-9 - stamps
+    if np.ptp(lag) > SHORTEST_GAP_S:
+        omissions.append(
+            f"{file.path}, {place}: messages arrived {lag.min():.3g} to {lag.max():.3g} s after their stamps; other "
+            "topics are put between them by when they arrived"
+        )
+    times: Column = np.interp(ticks, arrived, stamps)
+    times += np.minimum(ticks - arrived[0], 0.0) + np.maximum(ticks - arrived[-1], 0.0)
+    return times
 
 
-def _import_rosbags(module: str) -> Any:
-    try:
-        return import_module(f"rosbags.{module}")
-    except ImportError:
-        raise ExtraMissing(what="a recording of messages", extra="ros2") from None
-
-
-def _iterate_bag(path: Path) -> Iterator[_Message]:
-    """Yield the messages of a recording of ROS 1 (.bag) or ROS 2 (a folder, or .db3) in order of time."""
-    with _import_rosbags("highlevel").AnyReader([path]) as reader:
-        for connection, time_ns, data in reader.messages():
-            yield _Message(connection.topic, time_ns, partial(reader.deserialize, data, connection.msgtype))
+def _restore_texts(
+    texts: Mapping[str, Mapping[str, float]], columns: Mapping[str, Column]
+) -> list[list[Any]]:
+    """Return rows of cells in which the numbers of texts are the texts again."""
+    restored: list[list[Any]] = []
+    for label, column in columns.items():
+        names = list(texts.get(label, ()))
+        cells = column.tolist()
+        restored.append([None if isnan(each) else names[int(each)] for each in cells] if names else cells)
+    return [list(row) for row in zip(*restored, strict=True)]

@@ -1,25 +1,17 @@
-"""Tables of recordings: CSV files, JSON lines whose objects are rows, and Parquet.
-
-A row that cannot be read is left out, and a cell that is no number is absent. A sentence says so, with the place.
-`recording_readers` has the reader of each kind of file.
-"""
+"""A recording of another program as a table: rows of cells, and what was left out when it was read."""
 
 from __future__ import annotations
 
-import csv
-import json
-from collections.abc import Iterator, Sequence
-from importlib import import_module
-from math import isfinite, nan
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from understudy.addons.recordings.mapping_file import RecordingMap
+from understudy.addons.recordings.table_cells import CellValues, read_cells
 from understudy.errors import FileError, join_names, suggest_known_name
-from understudy.extras import format_install_command
-from understudy.model.value_kinds import Column
+from understudy.model.value_kinds import Column, Kind
 
 TIME = "time_s"
 """The column of times in a table that needs no mapping file, and in all tables of messages."""
@@ -37,14 +29,16 @@ class RecordedTable(NamedTuple):
     lines
         The number in the file of each row, for errors; it rises.
     cells
-        The rows, each with a cell for each column: a number, or a text that is one. Everything else is absent, such as
-        None, NaN and empty texts.
+        The rows, each with a cell for each column: a number, a truth value or a text. None, NaN and empty texts are
+        absent.
     omissions
-        Sentences about what was left out, each with its place in the file.
+        Sentences about what was left out or guessed, each with its place in the file.
     counted
         What `lines` counts: lines, or messages.
-    time
-        The column of the times, s, if the mapping names none. None: the rows of such a mapping are evenly spaced.
+    mapping
+        What the columns are, if the reader knows it better than the mapping that it was given, as that of messages,
+        whose rows have the readings already; all values are in the units that it names. None: the mapping that was
+        given, or names of columns like ours.
     """
 
     path: Path
@@ -53,7 +47,7 @@ class RecordedTable(NamedTuple):
     cells: Sequence[Sequence[Any]]
     omissions: list[str]
     counted: str = "line"
-    time: str | None = None
+    mapping: RecordingMap | None = None
 
     def format_place(self, row: int) -> str:
         """Return where a row stands in the file.
@@ -85,12 +79,15 @@ class RecordedTable(NamedTuple):
         Returns
         -------
         FileError
-            The error, to be raised.
+            The error, to be raised. It says what was left out before, which may be the reason.
         """
+        if self.omissions:
+            more = f" and {len(self.omissions) - 1} more" if len(self.omissions) > 1 else ""
+            problem = f"{problem} (before that: {self.omissions[0]}{more})"
         return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
 
-    def read_numbers(self, column: str, *, of: str, quiet: bool = False) -> Column:
-        """Read a column as numbers.
+    def list_cells(self, column: str, *, of: str) -> Sequence[Any] | Column:
+        """List the cells of a column.
 
         Parameters
         ----------
@@ -98,20 +95,23 @@ class RecordedTable(NamedTuple):
             Name of the column.
         of
             What it has, for the error.
-        quiet
-            Whether cells that are no numbers are left unmentioned.
 
         Returns
         -------
-        array, shape [T]
-            The numbers as float64; NaN where a cell is no number.
+        sequence
+            The cells of all rows.
 
         Raises
         ------
         FileError
-            If there is no such column, or no cell of it is a number.
+            If there is no such column, or several have the name.
         """
         if column not in self.header:
+            twins = [each for each in self.header if each.startswith(f"{column} (column ")]
+            if twins:
+                problem = f"{len(twins)} columns are called {column!r}"
+                remedy = f"rename one, or name the one that is meant in a mapping file: {join_names(twins)}"
+                raise self.refuse("line 1", problem, remedy)
             meant = suggest_known_name(column, self.header)
             raise self.refuse(
                 self.format_place(0) if self.lines else "line 1",
@@ -119,125 +119,42 @@ class RecordedTable(NamedTuple):
                 f"{meant}the columns are {join_names(self.header)}",
             )
         at = self.header.index(column)
-        numbers, wrong = np.empty(len(self.cells)), []
-        for row, cells in enumerate(self.cells):
-            numbers[row] = value = _parse(cells[at])
-            if not isfinite(value) and cells[at] not in ("", None):
-                wrong.append(row)
-        if wrong:
-            more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-            first = self.format_place(wrong[0])
-            what = f"{self.cells[wrong[0]][at]!r:.40}{more} is no number; taken as absent"
-            if not quiet:
-                self.omissions.append(f"{self.path} at {first}, column {column!r}: {what}")
-            if len(wrong) == len(numbers):
-                raise self.refuse(f"{first}, column {column!r}", "no cell is a number", "map another column")
-        return numbers
+        if isinstance(self.cells, np.ndarray):
+            cells: Column = self.cells[:, at]
+            return cells
+        return [row[at] for row in self.cells]
 
+    def read_values(self, column: str, kind: Kind | None = None, *, of: str) -> CellValues:
+        """Read a column as numbers, with what cannot be understood noted among the omissions.
 
-def _parse(cell: Any) -> float:
-    if isinstance(cell, bool):
-        return float(cell)
-    try:
-        value = float(cell)
-    except (TypeError, ValueError):
-        return nan
-    return value if isfinite(value) else nan
+        Parameters
+        ----------
+        column
+            Name of the column.
+        kind
+            The kind that the values have; None: the one that they look like.
+        of
+            What it has, for the error.
 
+        Returns
+        -------
+        CellValues
+            The values, shape [T] as float64, NaN where absent, and their kind.
 
-def read_csv(path: Path | str, _mapping: RecordingMap | None = None) -> RecordedTable:
-    """Read a CSV file, whose first row names the columns."""
-    path = Path(path)
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
-    except (OSError, ValueError, csv.Error) as error:
-        raise _unreadable(path, error) from None
-    if not rows:
-        raise FileError(path=path, place="", problem="it is empty", remedy="give a table of a drive")
-    (_, header), *rest = rows
-    table = RecordedTable(path, tuple(header), [], [], [])
-    complete = list(_whole_rows(table, rest))
-    return table._replace(lines=[line for line, _ in complete], cells=[row for _, row in complete])
-
-
-def _whole_rows(
-    table: RecordedTable, rows: Sequence[tuple[int, list[str]]]
-) -> Iterator[tuple[int, list[str]]]:
-    """Yield rows that have all cells; the last one of a file that was cut short has fewer."""
-    for line, row in rows:
-        if len(row) == len(table.header):
-            yield line, row
-        else:
-            end = "the file ends in the middle of it" if line == rows[-1][0] else "it is left out"
-            table.omissions.append(
-                f"{table.path} at line {line}: {len(row)} cells instead of {len(table.header)}; {end}"
-            )
-
-
-def read_json_lines(path: Path | str, _mapping: RecordingMap | None = None) -> RecordedTable:
-    """Read JSON lines: an object in each, whose nested keys are columns such as pose.x."""
-    path = Path(path)
-    try:
-        lines = path.read_text("utf-8-sig").splitlines()
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from None
-    rows: list[tuple[int, dict[str, Any]]] = []
-    omissions = []
-    for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
-        try:
-            value = json.loads(line)
-        except (ValueError, RecursionError):
-            value = None
-        if isinstance(value, dict):
-            rows.append((number, dict(_flatten(value))))
-        else:
-            end = "the file ends in the middle of it" if number == len(lines) else "it is left out"
-            omissions.append(f"{path} at line {number}: no JSON object; {end}")
-    if not rows:
-        raise FileError(
-            path=path, place="", problem="no line has a JSON object", remedy="give JSON lines of a drive"
-        )
-    header = tuple(dict.fromkeys(key for _, row in rows for key in row))
-    cells = [[row.get(key) for key in header] for _, row in rows]
-    return RecordedTable(path, header, [number for number, _ in rows], cells, omissions)
-
-
-def read_parquet(path: Path | str, _mapping: RecordingMap | None = None) -> RecordedTable:
-    """Read a Parquet file; its rows count as lines, from 1."""
-    path = Path(path)
-    try:
-        duckdb = import_module("duckdb")
-    except ImportError:
-        raise FileError(
-            path=path,
-            place="",
-            problem="it is Parquet, which needs DuckDB",
-            remedy=format_install_command("parquet"),
-        ) from None
-    try:
-        with duckdb.connect() as database, path.open("rb"):
-            result = database.execute("SELECT * FROM read_parquet(?)", [str(path)])
-            header = tuple(each[0] for each in result.description)
-            cells = result.fetchall()
-    except (OSError, duckdb.Error) as error:
-        raise _unreadable(path, error) from None
-    return RecordedTable(path, header, range(1, len(cells) + 1), cells, [])
-
-
-def _flatten(content: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the values of an object by path, with dots between the keys."""
-    for key, value in content.items():
-        if isinstance(value, dict):
-            yield from _flatten(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
-
-
-def _unreadable(path: Path, error: Exception) -> FileError:
-    gone = isinstance(error, FileNotFoundError)
-    problem = "there is no such file" if gone else f"it cannot be read ({error})"
-    return FileError(path=path, place="", problem=problem, remedy="give a CSV file, JSON lines or Parquet")
+        Raises
+        ------
+        FileError
+            If there is no such column, or no cell of it can be understood.
+        """
+        cells = self.list_cells(column, of=of)
+        read = read_cells(cells, kind)
+        if read.wrong:
+            first = self.format_place(read.wrong[0])
+            more = f" and {len(read.wrong) - 1} more" if len(read.wrong) > 1 else ""
+            wanted = "no number" if not hasattr(read.kind, "labels") else f"no label of {read.kind}"
+            what = f"{str(cells[read.wrong[0]])!r:.40}{more} is {wanted}"
+            if np.isnan(read.values).all():
+                remedy = "map another column" if wanted == "no number" else "give the labels as they are"
+                raise self.refuse(f"{first}, column {column!r}", what, remedy)
+            self.omissions.append(f"{self.path} at {first}, column {column!r}: {what}; taken as absent")
+        return read

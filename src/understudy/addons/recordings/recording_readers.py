@@ -8,6 +8,7 @@ from pkgutil import resolve_name
 from typing import Protocol, cast
 
 from understudy.addons.recordings.mapping_file import RecordingMap
+from understudy.addons.recordings.recorded_bytes import strip_compression
 from understudy.addons.recordings.recorded_table import RecordedTable
 from understudy.entry_points import READERS, list_entry_points, load_object
 from understudy.errors import SettingError
@@ -27,8 +28,8 @@ class RecordingReader(Protocol):
         ...
 
 
-CSV = "understudy.addons.recordings.recorded_table.read_csv"
-JSON_LINES = "understudy.addons.recordings.recorded_table.read_json_lines"
+CSV = "understudy.addons.recordings.table_files.read_csv"
+JSON_LINES = "understudy.addons.recordings.table_files.read_json_lines"
 MESSAGES = "understudy.addons.recordings.recorded_messages.read_messages"
 FOLDER = ""
 """Stands for the end of the name of a folder."""
@@ -37,7 +38,7 @@ BUILTIN_READERS: Mapping[str, str] = {
     ".csv": CSV,
     ".jsonl": JSON_LINES,
     ".ndjson": JSON_LINES,
-    ".parquet": "understudy.addons.recordings.recorded_table.read_parquet",
+    ".parquet": "understudy.addons.recordings.table_files.read_parquet",
     ".mcap": MESSAGES,
     ".bag": MESSAGES,
     ".db3": MESSAGES,
@@ -53,7 +54,7 @@ def find_reader(path: Path | str) -> RecordingReader:
     SettingError is raised if another package offers the reader, and it cannot be loaded.
     """
     path = Path(path)
-    suffix = FOLDER if path.is_dir() else path.suffix.lower() or ".csv"
+    suffix = FOLDER if path.is_dir() else strip_compression(path).suffix.lower() or ".csv"
     name = suffix.removeprefix(".")
     if suffix not in BUILTIN_READERS and name in list_entry_points(READERS):
         return _load_reader(name)

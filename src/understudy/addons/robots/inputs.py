@@ -6,20 +6,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import atan2, hypot, inf, isfinite, isnan, nan, tau
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from understudy.addons.robots.camera.config import CAMERA, CameraSpec
 from understudy.addons.robots.camera.live_camera import LiveCamera
-from understudy.addons.robots.robot_file import POSE, FrameSpec, RobotFile, TargetPlaceSpec
+from understudy.addons.robots.robot_file import POSE, FrameSpec, ReadingSpec, TargetPlaceSpec
 from understudy.addons.robots.ros.frame_tree import TRANSFORMS, FrameTree
 from understudy.addons.robots.ros.message_readings import (
-    BEARING,
-    SCAN,
+    MAY_LACK,
     Extract,
     make_extractor,
     make_position_extractor,
 )
-from understudy.addons.robots.ros.transport import Transport
 from understudy.errors import FileError, UnderstudyError
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
@@ -55,8 +53,46 @@ class TopicInput:
     extract: Values
 
 
+class InputFile(Protocol):
+    """What of a robot file says which messages become readings."""
+
+    @property
+    def readings(self) -> Mapping[str, ReadingSpec]:
+        """The readings of fields of messages, by name."""
+        ...
+
+    @property
+    def targets(self) -> Mapping[str, TargetPlaceSpec]:
+        """The places of targets, by name."""
+        ...
+
+    @property
+    def frames(self) -> FrameSpec | None:
+        """The frames between which the robot's pose is read."""
+        ...
+
+    @property
+    def camera(self) -> CameraSpec | None:
+        """The camera and the colors of targets."""
+        ...
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic."""
+        ...
+
+
+class Subscriber(Protocol):
+    """What of a transport brings messages."""
+
+    def subscribe(
+        self, topic: str, type: str, received: Callable[[Any, float], None], *, kept: bool = False
+    ) -> None:
+        """Pass each message of a topic on, with its time."""
+        ...
+
+
 def make_topic_inputs(
-    file: RobotFile, camera: LiveCamera | None, targets: Sequence[str]
+    file: InputFile, camera: LiveCamera | None, targets: Sequence[str]
 ) -> Sequence[TopicInput] | DecodeProblem:
     """Make the inputs of a robot file, in its order, or return what in the file is invalid.
 
@@ -74,7 +110,7 @@ def make_topic_inputs(
     return tuple(inputs)
 
 
-def make_live_camera(file: RobotFile) -> LiveCamera | DecodeProblem | None:
+def make_live_camera(file: InputFile) -> LiveCamera | DecodeProblem | None:
     """Make the camera of a robot file; return None if it has none, or what in the file is invalid."""
     if file.camera is None:
         return None
@@ -86,7 +122,7 @@ def make_live_camera(file: RobotFile) -> LiveCamera | DecodeProblem | None:
         return DecodeProblem(CAMERA, f"cannot be: {error}", "correct it there")
 
 
-def _numbers(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
+def _numbers(file: InputFile) -> Iterator[TopicInput | DecodeProblem]:
     for name, reading in file.readings.items():
         taken = make_extractor(reading)
         if isinstance(taken, DecodeProblem):
@@ -95,7 +131,7 @@ def _numbers(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
         kind, unit, extract = taken
         yield TopicInput(
             name, reading.topic, reading.type, reading.stale_s, reading.rate_hz, reading.required,
-            (reading.type, reading.field) != (SCAN, BEARING),
+            (reading.type, reading.field) not in MAY_LACK,
             ((name, None),), (Reading(name, kind, unit, doc=reading.doc),), _of_number(name, extract),
         )  # fmt: skip
 
@@ -126,7 +162,7 @@ def _pose(of: FrameSpec) -> TopicInput:
     )  # fmt: skip
 
 
-def _places(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
+def _places(file: InputFile) -> Iterator[TopicInput | DecodeProblem]:
     """Yield the inputs of targets whose places come from topics."""
     for name, target in file.targets.items():
         if target.topic is None:
@@ -199,19 +235,23 @@ class SensorInputs:
     """All inputs of a robot file, subscribed to their topics.
 
     The transport's threads write the latest values; any thread may read them. FileError is raised if the file asks
-    for something that its messages do not contain. `targets` names targets that may get a color later.
+    for something that its messages do not contain. `targets` names targets that may get a color later. `more` are
+    inputs besides those of the file, and `decode` decodes a message of a type, or raises MessageRefused.
     """
 
     def __init__(
         self,
-        file: RobotFile,
-        transport: Transport,
+        file: InputFile,
+        transport: Subscriber,
         *,
         path: Path | str = "robot.toml",
         targets: Sequence[str] = (),
+        more: Sequence[TopicInput] = (),
+        decode: Callable[[str, Any], Any] = decode_message,
     ) -> None:
+        self._decode = decode
         self.camera = _right(make_live_camera(file), path)
-        inputs = _right(make_topic_inputs(file, self.camera, targets), path)
+        inputs = (*more, *_right(make_topic_inputs(file, self.camera, targets), path))
         self._places = file.targets
         self.sources: Mapping[str, TopicInput] = {source.name: source for source in inputs}
         self.latest: Mapping[str, LatestSample] = {name: LatestSample() for name in self.sources}
@@ -220,7 +260,8 @@ class SensorInputs:
             readings.update({each.name: each for each in LOCATIONS})
         self.readings: Sequence[Reading] = tuple(readings.values())
         colors = () if file.camera is None else (*file.camera.colors, *targets)
-        self.targets: Sequence[str] = tuple(dict.fromkeys((*colors, *file.targets)))
+        about = [target for source in more for _, target in source.keys if target is not None]
+        self.targets: Sequence[str] = tuple(dict.fromkeys((*about, *colors, *file.targets)))
         self._keys: Sequence[ReadingKey] = [
             (each.name, target)
             for each in self.readings
@@ -288,7 +329,7 @@ class SensorInputs:
         """Take transforms, and the robot's pose if one of them changes it; raise no errors."""
         latest, of = self.latest[FRAMES], self._frames_between
         try:
-            changed = self._frames.update(decode_message(TRANSFORMS, data), at_s)
+            changed = self._frames.update(self._decode(TRANSFORMS, data), at_s)
         except MessageRefused as error:
             latest.refused += 1
             latest.problem = error.problem
@@ -311,7 +352,7 @@ class SensorInputs:
 
         def received(data: bytes, at_s: float) -> None:
             try:
-                message: Any = decode_message(type, data)
+                message: Any = self._decode(type, data)
             except MessageRefused as error:
                 for _, latest in here:
                     latest.refused += 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from math import atan2, inf, isfinite, isinf, nan, radians, tau
 from typing import Any, TypeAlias
@@ -10,16 +11,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.addons.robots.robot_file import ReadingSpec, TargetPlaceSpec
+from understudy.errors import suggest_known_name
 from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Kind, Toroidal
-from understudy.records.messages import BASE, NAMED, is_known_type, list_message_fields
+from understudy.records.messages import (
+    ARRAY,
+    BASE,
+    NAMED,
+    SEQUENCE,
+    is_known_type,
+    list_message_fields,
+)
 from understudy.sim.scenario.toml_decode import DecodeProblem
 from understudy.sim.sensing.sectors import find_nearest_beam, measure_widest_opening
 
 Extract: TypeAlias = Callable[[Any], float]
+ListFields: TypeAlias = Callable[[str], Mapping[str, tuple[int, Any]]]
+"""A function from the name of a message type to its fields by name: the node type and element type of each."""
 
 RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
 BEARING, WIDTH = "bearing", "width"
 """The fields that a reading may name for a scan, besides none for the nearest distance."""
+BEAM = re.compile(r"ranges\.(\d+)")
+"""A field of a scan that a recording may name: a beam by its number."""
+TIMES = frozenset({"builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration"})
+MAY_LACK = frozenset({(SCAN, BEARING)})
+"""The types and fields of readings that a valid message may lack; other absent ones stop a robot that requires them."""
 CLEAR_M = 1.0
 """The default distance from the rim, in m, beyond which the way is clear."""
 QUATERNION = "geometry_msgs/msg/Quaternion"
@@ -39,16 +55,23 @@ Distances in scans are 32-bit floats.
 """
 
 
-def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodeProblem:
-    """Make the kind, unit and extracting function of a reading, or return what in its description is invalid."""
-    if not is_known_type(reading.type):
+def make_extractor(
+    reading: ReadingSpec, list_fields: ListFields | None = None
+) -> tuple[Kind, str, Extract] | DecodeProblem:
+    """Make the kind, unit and extracting function of a reading, or return what in its description is invalid.
+
+    `list_fields` returns the fields of a message type by name; a recording brings its own types with it.
+    """
+    if list_fields is None and not is_known_type(reading.type):
         problem = f"is {reading.type!r:.60}, which is unknown"
         return DecodeProblem(
             "type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range"
         )
     if reading.clear_m is not None and (reading.type, reading.field) != (SCAN, WIDTH):
         return DecodeProblem("clear_m", f'is only used with field = "width" of a {SCAN}', "leave it out")
-    if reading.type == SCAN:
+    if reading.type == SCAN and (beam := BEAM.fullmatch(reading.field or "")) and list_fields is not None:
+        return Continuous(), reading.unit or "m", _of_beam(int(beam[1]), reading.offset_m)
+    if reading.type == SCAN and (list_fields is None or reading.field in (None, BEARING, WIDTH)):
         return _make_scan_extractor(reading)
     if reading.sector_deg is not None:
         return DecodeProblem(
@@ -60,9 +83,11 @@ def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodePr
         return DecodeProblem("offset_m", "is only used with ranges", "leave it out")
     if reading.field is None:
         return DecodeProblem(
-            "field", "is missing", f"give one of {', '.join(list_message_fields(reading.type))}"
+            "field",
+            "is missing",
+            f"give one of {', '.join((list_fields or list_message_fields)(reading.type))}",
         )
-    return make_field_extractor(reading.type, reading.field, reading.unit)
+    return make_field_extractor(reading.type, reading.field, reading.unit, list_fields or list_message_fields)
 
 
 def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[float, float]] | DecodeProblem:
@@ -87,23 +112,24 @@ def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[fl
 
 
 def make_field_extractor(
-    type: str, path: str, unit: str, list_fields: Callable[[str], Mapping[str, Any]] = list_message_fields
+    type: str, path: str, unit: str, list_fields: ListFields = list_message_fields
 ) -> tuple[Kind, str, Extract] | DecodeProblem:
     """Make the kind, unit and extracting function of the field at the end of a path of names.
 
-    `list_fields` returns the fields of a message type by name.
+    The path may have numbers of elements of lists. `list_fields` returns the fields of a message type by name.
     """
-    node_type, of = NAMED, type
-    for name in path.split("."):
-        inside = list_fields(of) if node_type == NAMED else {}
-        if name not in inside:
-            has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
-            return DecodeProblem("field", f"is {path!r:.60}, and there is no {name!r}", has)
-        node_type, of = inside[name]
+    field = find_field(type, path, list_fields)
+    if isinstance(field, DecodeProblem):
+        return field
+    node_type, of = field
+    if node_type == NAMED and of in TIMES:
+        return Continuous(), unit or "s", lambda message: _seconds(_walk(message, path))
     if (node_type, of) == (NAMED, QUATERNION):
         return Toroidal(), unit or "rad", lambda message: compute_heading(_walk(message, path))
     if node_type != BASE or of[0] == "string":
-        remedy = "give the path of a number, of a truth or of an orientation"
+        inside = list_fields(of) if node_type == NAMED else {}
+        fields = f", such as {path}.{next(iter(inside))}" if inside else ""
+        remedy = f"give the path of a number, of a truth or of an orientation{fields}"
         return DecodeProblem("field", f"is {path!r:.60}, which is not a number", remedy)
     if (type, path) == POSE_2D:
         return Toroidal(), unit or "rad", lambda message: _turned(float(_walk(message, path)))
@@ -111,10 +137,40 @@ def make_field_extractor(
     return kind, unit, lambda message: _finite(float(_walk(message, path)))
 
 
+def find_field(type: str, path: str, list_fields: ListFields) -> tuple[int, Any] | DecodeProblem:
+    """Find the node type and element type of the field at the end of a path, or return what of the path is invalid."""
+    node_type: int = NAMED
+    of: Any = type
+    for name in path.split("."):
+        if node_type in (ARRAY, SEQUENCE) and name.isdecimal():
+            (node_type, of), _length = of
+            continue
+        inside = list_fields(of) if node_type == NAMED else {}
+        if name not in inside:
+            has = f"{suggest_known_name(name, inside)}give one of {', '.join(inside)}"
+            if node_type in (ARRAY, SEQUENCE):
+                has = "give the number of an element, from 0"
+            elif not inside:
+                has = "end the path before it"
+            return DecodeProblem("field", f"is {path!r:.60}, and there is no {name!r}", has)
+        node_type, of = inside[name]
+    return node_type, of
+
+
 def _walk(message: Any, path: str) -> Any:
     for name in path.split("."):
-        message = getattr(message, name)
+        if name.isdecimal():
+            if int(name) >= len(message):  # a list may be shorter in some messages
+                return nan
+            message = message[int(name)]
+        else:
+            message = getattr(message, name)
     return message
+
+
+def _seconds(stamp: Any) -> float:
+    """Return a time or duration of ROS in s; absent if it is a list that had no such element."""
+    return float(stamp.sec + stamp.nanosec * 1e-9) if hasattr(stamp, "sec") else nan
 
 
 def _finite(value: float) -> float:
@@ -144,6 +200,17 @@ def _of_range(offset_m: float) -> Extract:
 
     def extract(message: Any) -> float:
         return _clear(message.range, message.min_range, message.max_range, offset_m)
+
+    return extract
+
+
+def _of_beam(number: int, offset_m: float) -> Extract:
+    """Make the function that takes the distance of a beam by its number, read as a Range is."""
+
+    def extract(scan: Any) -> float:
+        if number >= len(scan.ranges):
+            return nan
+        return _clear(float(scan.ranges[number]), scan.range_min, scan.range_max, offset_m)
 
     return extract
 
