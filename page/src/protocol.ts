@@ -574,9 +574,16 @@ export interface BehaviorProposal {
   end: number;
 }
 
-/** The automaton learned from the labels, and its agreement with them. */
+/** The automaton learned from the labels, and how it agrees with them. */
 export interface LearnedDrive {
+  /** The share of ticks that it repeats, from 0 to 1. */
   agreement: number;
+  /** How many ticks it repeats, in words. */
+  repeats: string;
+  /** The share of ticks that are repeated by what is learned without them, from 0 to 1. */
+  unseen: number;
+  /** How many ticks are repeated by what is learned without them, in words. */
+  repeats_unseen: string;
   spans: readonly StateSpan[];
   states: readonly NestedState[];
   edges: readonly Transition[];

@@ -30,6 +30,9 @@ function review(learned: LearnedDrive | null = null): Review {
 function learned(...spans: [number, number, number][]): LearnedDrive {
   return {
     agreement: 1,
+    repeats: "",
+    unseen: 1,
+    repeats_unseen: "",
     spans: spans.map(([first, end, label]) => ({ first, end, label })),
     states: [],
     edges: [],

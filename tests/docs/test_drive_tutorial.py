@@ -64,7 +64,7 @@ def drive_in_four_worlds(folder: Path) -> Scripted:
 def test_the_drive_is_understood(driven: Scripted) -> None:
     review = driven.live.find_review()
     assert {label for label, _, _ in driven.spans} == {"forward", "rotate_left", "rotate_right", "load_food"}
-    assert review.learn().agreement > 0.97
+    assert review.learn().agreement.share > 0.97
 
 
 @pytest.mark.long

@@ -42,11 +42,38 @@ class StateReport:
 
 
 @dataclass(frozen=True, slots=True)
+class ContradictedExample:
+    """An example that is decided otherwise than shown.
+
+    `place` says where it is from: a recording, or its number in the lesson. In `state` it shows `next`, and what was
+    learned decides `decided`.
+    """
+
+    place: str
+    state: str
+    next: str
+    decided: str
+    kind: ExampleKind
+
+    def __str__(self) -> str:
+        """Format as a sentence: "example 3: forward goes to back, and was shown to stay"."""
+        does = f"{self.state} stays" if self.decided == self.state else f"{self.state} goes to {self.decided}"
+        should = "stay" if self.next == self.state else f"go to {self.next}"
+        return f"{self.place}: {does}, and was shown to {should}"
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
-    """The result of learning a lesson: by state name, the transition functions and the reports."""
+    """The result of learning a lesson: by state name, the transition functions and the reports.
+
+    `repeated` of `examples` that were learned from are decided as shown; `contradicted` are the others.
+    """
 
     transitions: Mapping[str, Transition]
     states: Mapping[str, StateReport]
+    repeated: int
+    examples: int
+    contradicted: tuple[ContradictedExample, ...]
 
 
 def learn_and_report(lesson: Lesson) -> Report:
@@ -60,6 +87,7 @@ def learn_and_report(lesson: Lesson) -> Report:
     transitions: dict[str, Transition] = {}
     states: dict[str, StateReport] = {}
     shared: tuple[Transition, float] | None = None
+    contradicted: list[ContradictedExample] = []
     for name, examples in group_examples_by_state(lesson).items():
         if shared is None or not lesson.automaton.stateless:
             began = perf_counter()
@@ -67,17 +95,26 @@ def learn_and_report(lesson: Lesson) -> Report:
             shared = function, (perf_counter() - began) * 1e3
         function, fit_ms = shared
         transitions[name] = function
+        against, overruled = (find(lesson, name, function) for find in (find_disagreements, find_overruled))
+        contradicted += [_describe_contradicted(lesson, each, function) for each in (*against, *overruled)]
         states[name] = StateReport(
             conditions=_sentences(lesson, name, function),
             nodes=len(function.nodes) if isinstance(function, Tree) else 0,
             depth=function.depth if isinstance(function, Tree) else 0,
             contradictions=len(find_contradictions(lesson, name)),
-            disagreements=len(find_disagreements(lesson, name, function)),
+            disagreements=len(against),
             watched=len(_list_watched(lesson, name)),
-            overruled=len(find_overruled(lesson, name, function)),
+            overruled=len(overruled),
             fit_ms=fit_ms,
         )
-    return Report(transitions, states)
+    count = len(select_teaching_examples(lesson))
+    return Report(transitions, states, count - len(contradicted), count, tuple(contradicted))
+
+
+def _describe_contradicted(lesson: Lesson, example: Example, function: Transition) -> ContradictedExample:
+    decided = name_next_state(lesson.automaton, example.state, function.decide(example.values))
+    place = f"example {example.number}" if example.source is None else str(example.source)
+    return ContradictedExample(place, example.state, example.next, decided, example.kind)
 
 
 def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, ...]:

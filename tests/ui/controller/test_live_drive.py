@@ -317,7 +317,7 @@ def test_what_was_driven_is_learned(tmp_path: Path) -> None:
         scripted.drive(FoodDriver(), 25)
         scripted.pause()
     learned = live.find_review().learn()
-    assert learned.agreement > 0.9
+    assert learned.agreement.share > 0.9
     near = 0
     for seed in range(100, 110):
         live.world.reset([seed])

@@ -287,7 +287,7 @@ def fit_driver(
     """
     stack = stack_predictions(drive, candidates)
     fitted = _alternate(drive, candidates, rules, guess_driver(drive.commands, stack.commands), width)
-    if (stack.labels[fitted.states] == stack.labels[-1]).all():
+    if drive.ticks > 1 and (stack.labels[fitted.states] == stack.labels[-1]).all():
         # Stays of a few ticks are not worth their switches for a driver with much noise. This one has little.
         return _alternate(drive, candidates, rules, guess_still_driver(drive.commands), width)
     return fitted

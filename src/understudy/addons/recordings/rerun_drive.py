@@ -70,29 +70,39 @@ class Agreement:
 
     Parameters
     ----------
-    episodes
-        The ticks of each episode, in the order of the drive.
+    repeated
+        Ticks at which the automaton is in the state of the label.
+    ticks
+        Ticks with a label.
     left_out
         What each tick was left out of learning with.
+    episodes
+        The ticks of each episode, in the order of the drive.
     """
 
+    repeated: int
+    ticks: int
+    left_out: LeftOut
     episodes: tuple[EpisodeAgreement, ...]
-    left_out: LeftOut = LeftOut.NOTHING
-
-    @property
-    def repeated(self) -> int:
-        """The number of ticks that are repeated."""
-        return sum(each.repeated for each in self.episodes)
-
-    @property
-    def ticks(self) -> int:
-        """The number of ticks that count."""
-        return sum(each.ticks for each in self.episodes)
 
     @property
     def share(self) -> float:
         """The share of ticks that are repeated, from 0 to 1; 1 without any tick that counts."""
         return self.repeated / self.ticks if self.ticks else 1.0
+
+    def __str__(self) -> str:
+        """Say it in a sentence: "900 of 1000 ticks that were left out of learning (blocks of time in turn)"."""
+        how = (
+            ""
+            if self.left_out is LeftOut.NOTHING
+            else f" that were left out of learning ({self.left_out} in turn)"
+        )
+        worst = min(self.episodes, key=lambda each: each.repeated / max(1, each.ticks))
+        sentence = f"{self.repeated} of {self.ticks} ticks{how}"
+        if len(self.episodes) > 1:
+            place = f"{worst.source} from {worst.from_s:g} s"
+            sentence += f"; fewest in {place}, {worst.repeated} of {worst.ticks}"
+        return sentence
 
 
 def run_over_drive(
@@ -215,6 +225,9 @@ def count_repeated(
     counted = labels < len(segmentation.candidates)
     repeated = counted & (states == labels)
     return Agreement(
+        int(repeated.sum()),
+        int(counted.sum()),
+        left_out,
         tuple(
             EpisodeAgreement(
                 each.source,
@@ -224,7 +237,6 @@ def count_repeated(
             )
             for each in drive.episodes
         ),
-        left_out,
     )
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isinf
+from types import MappingProxyType
 
 from understudy.addons.recordings.candidates import CommandModel
 from understudy.addons.recordings.drive_examples import DOUBT
 from understudy.addons.recordings.drive_findings import DriveFindings, make_drive_findings
 from understudy.addons.recordings.lesson_from_drive import DriveLesson
+from understudy.addons.recordings.rerun_drive import Agreement, measure_agreement
 from understudy.addons.recordings.segment import Segmentation
 
 
@@ -49,8 +52,9 @@ class DriveReport:
     """The result of a segmentation as plain data.
 
     `constants` are those that were found, by candidate. `reaction_s` is None if the drive does not tell it;
-    `reaction_evidence` says why it is taken. `quarantined` is the number of examples left out as doubtful. `findings`
-    are for a person to know or to answer.
+    `reaction_evidence` says why it is taken. `quarantined` is the number of examples left out as doubtful. `agreement`
+    counts the ticks that are repeated by what was learned without them. `findings` are for a person to know or to
+    answer.
     """
 
     ticks: int
@@ -65,11 +69,17 @@ class DriveReport:
     reaction_s: float | None
     reaction_evidence: str
     omissions: list[str]
+    agreement: Agreement
     findings: DriveFindings
 
 
-def make_drive_report(segmentation: Segmentation, lesson: DriveLesson) -> DriveReport:
-    """Make the report of a segmented drive and of the lesson that was made of it."""
+def make_drive_report(
+    segmentation: Segmentation, lesson: DriveLesson, *, targets: Mapping[str, str] = MappingProxyType({})
+) -> DriveReport:
+    """Make the report of a segmented drive and of the lesson that was made of it.
+
+    `targets` are those of the drive that parameters of the automaton stand for.
+    """
     drive, driver = segmentation.drive, segmentation.driver
     spans = [(episode, span) for episode in drive.episodes for span in segmentation.list_spans(episode)]
     labels = []
@@ -112,5 +122,6 @@ def make_drive_report(segmentation: Segmentation, lesson: DriveLesson) -> DriveR
         None if lesson.reaction is None else lesson.reaction.reaction_s,
         "" if lesson.reaction is None else lesson.reaction.evidence,
         list(drive.omissions),
+        measure_agreement(segmentation, lesson, targets=targets),
         make_drive_findings(segmentation, lesson),
     )

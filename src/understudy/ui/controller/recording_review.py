@@ -23,7 +23,12 @@ from understudy.addons.recordings.propose_behaviors import (
     propose_behaviors,
 )
 from understudy.addons.recordings.relabel import relabel
-from understudy.addons.recordings.rerun_drive import count_repeated, run_over_drive
+from understudy.addons.recordings.rerun_drive import (
+    Agreement,
+    count_repeated,
+    measure_agreement,
+    run_over_drive,
+)
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.split_states import SplitProposal, propose_splits, split_state
 from understudy.errors import DefinitionError, SessionError, UnknownName
@@ -42,15 +47,17 @@ MOST_UNDONE = 200
 class LearnedDrive:
     """The automaton that was learned from the labels as they were then.
 
-    `states` has the index of the label whose state the automaton is in at each tick of the drive, and `agreement` the
-    share of ticks at which that is the drive's label. `splits` are states that are better split in two,
-    `contradictions` what drivers still disagree on, `settled` what was decided. `reactions` are those of each driver.
+    `states` has the index of the label whose state the automaton is in at each tick of the drive. `agreement` counts
+    the ticks at which that is the drive's label, and `unseen` those that are repeated by what is learned without them.
+    `splits` are states that are better split in two, `contradictions` what drivers still disagree on, `settled` what
+    was decided. `reactions` are those of each driver.
     """
 
     drive: DriveLesson
     taught: TrainedAutomaton
     states: NDArray[np.int64]
-    agreement: float
+    agreement: Agreement
+    unseen: Agreement
     splits: tuple[SplitProposal, ...]
     contradictions: tuple[DriverContradiction, ...]
     settled: tuple[SettledContradiction, ...]
@@ -348,9 +355,12 @@ class RecordingReview:
             names,
             targets=self._targets,
         )
-        agreement = count_repeated(self.segmentation, states).share
+        agreement = count_repeated(self.segmentation, states)
+        unseen = measure_agreement(self.segmentation, drive, targets=self._targets)
         splits = propose_splits(lesson)
-        self.learned = LearnedDrive(drive, taught, states, agreement, splits, left, settled, reactions)
+        self.learned = LearnedDrive(
+            drive, taught, states, agreement, unseen, splits, left, settled, reactions
+        )
         self.saved = None
         return self.learned
 

@@ -15,14 +15,20 @@ from understudy.learning.fit import predict_next_states
 from understudy.learning.lesson_change import summarize_lesson_change
 from understudy.learning.report import Report, learn_and_report
 from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.storage.json_text import select_facts
 from understudy.storage.library_folder import open_each_automaton, save_automaton
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.lesson_options import LearnOptions
 from understudy.ui.cli.output import format_count, make_console, make_table
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from understudy.model.change_summary import ChangeSummary
     from understudy.model.lesson import Lesson
+
+MOST_CONTRADICTED = 5
+"""The largest number of examples decided otherwise that are printed."""
 
 
 def learn_lesson(
@@ -41,7 +47,8 @@ def learn_lesson(
     saved = None if options.library is None else _save(options.library, TrainedAutomaton(automaton, lesson))
     following = None if rows is None else predict_next_states(result.transitions, automaton.state_names, rows)
     if options.as_json:
-        learned = {"states": result.states, "predictions": following or [], **(facts or {})}
+        names = ("states", "repeated", "examples", "contradicted")
+        learned = {**select_facts(result, *names), "predictions": following or [], **(facts or {})}
         print_json({**learned, **_name_saved(saved)})
         return
     print_facts()
@@ -100,6 +107,7 @@ def _show(result: Report, rows: tuple[QueryRow, ...] | None, following: list[str
         if state.overruled:
             said = f"{state.overruled} of {format_count(state.watched, 'watched example')} decided otherwise"
             out.print(Padding(f"[yellow]{said}[/]", (0, 0, 0, 2), expand=False))
+    _print_repeated(out, result)
     if rows is not None and following is not None:
         made = make_table("#row", "state", "next")
         for index, (row, next_state) in enumerate(zip(rows, following, strict=True), 1):
@@ -107,3 +115,21 @@ def _show(result: Report, rows: tuple[QueryRow, ...] | None, following: list[str
                 str(index), escape(row.state), "[dim]stay[/]" if next_state == row.state else next_state
             )
         out.print(made)
+
+
+def _print_repeated(out: Console, result: Report) -> None:
+    """Print how many examples are decided as shown, and the first of the others."""
+    if not result.states:
+        return
+    if not result.contradicted:
+        which = "The only example is" if result.examples == 1 else f"All {result.examples} examples are"
+        out.print(f"{which} decided as shown.")
+        return
+    out.print(
+        f"[yellow]{result.repeated} of {format_count(result.examples, 'example')}[/] are decided as shown. Others:"
+    )
+    for each in result.contradicted[:MOST_CONTRADICTED]:
+        out.print(Padding(escape(str(each)), (0, 0, 0, 2), expand=False))
+    more = len(result.contradicted) - MOST_CONTRADICTED
+    if more > 0:
+        out.print(f"  [dim]and {more} more; --json lists all[/]")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -21,7 +22,7 @@ from understudy.addons.recordings.run_drives import make_recorded_drive, read_tr
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.addons.recordings.split_states import split_state
-from understudy.errors import SettingError, UnknownName
+from understudy.errors import SettingError, UnderstudyError, UnknownName
 from understudy.judging.run_header import is_trace
 from understudy.model.library import Kit, Library
 from understudy.records.reader import has_own_header, read_recording
@@ -67,10 +68,23 @@ class SegmentedDrive(NamedTuple):
 def learn_drive(options: LearnDriveOptions) -> None:
     """Learn from recordings of a person who drove: the commands say which behavior was meant at each tick."""
     options.check_name()
-    drive = segment_opened_drives(options.recordings[0], open_drives(options.recordings, options), options)
-    made = make_drive_lesson(drive, options, driver=options.driver)
-    report = make_drive_report(drive.found, made)
+    opened = open_drives(options.recordings, options)
+    with say_omissions(opened.drive):
+        drive = segment_opened_drives(options.recordings[0], opened, options)
+        made = make_drive_lesson(drive, options, driver=options.driver)
+        report = make_drive_report(drive.found, made, targets=parse_targets(options.targets))
     learn_lesson(made.lesson, options, {"drive": report}, partial(print_drive_report, report))
+
+
+@contextmanager
+def say_omissions(drive: RecordedDrive) -> Iterator[None]:
+    """Say what was left out of a drive before an error, which may be its reason."""
+    try:
+        yield
+    except UnderstudyError:
+        for sentence in drive.omissions:
+            make_console(err=True).print(f"[yellow]{escape(sentence)}.[/]", soft_wrap=True)
+        raise
 
 
 def make_drive_lesson(drive: SegmentedDrive, asked: DriveOptions, *, driver: str) -> DriveLesson:
@@ -109,6 +123,10 @@ def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions)
     if not candidates:
         raise _no_behaviors(path, drive)
     names = parse_names(asked.features)
+    if names is None and not drive.readings:
+        names = [TIME_IN_STATE]
+        sentence = "there are no readings, so that switches can only be learned from the time in a state"
+        drive = replace(drive, omissions=(*drive.omissions, f"{path}: {sentence}"))
     features = None if names is None else [parse_feature(library, each) for each in names]
     # The readings say nothing about features of the automaton itself, such as the time in a state.
     sensed = [each for each in features or () if not each.is_own]
@@ -193,6 +211,8 @@ def print_drive_report(report: DriveReport) -> None:
     counted = ", ".join(format_count(number, f"{kind} example") for kind, number in report.examples.items())
     doubtful = f"; {report.quarantined} left out as doubtful" if report.quarantined else ""
     out.print(f"Lesson: {counted}{doubtful}")
+    color = "green" if report.agreement.share >= WELL_REPEATED else "yellow"
+    out.print(f"Repeats [{color}]{escape(str(report.agreement))}[/]", soft_wrap=True)
     if report.reaction_s is not None:
         out.print(
             f"Reaction time {report.reaction_s:g} s. {escape(report.reaction_evidence)}", soft_wrap=True
@@ -200,6 +220,9 @@ def print_drive_report(report: DriveReport) -> None:
     print_drive_findings(out, report.findings)
 
 
+WELL_REPEATED = 0.95
+"""The share of ticks from which on what was learned counts as a good copy of the driver."""
+TIME_IN_STATE = "time_in_state"
 MOST_QUESTIONS = 5
 """The number of questions that are printed."""
 

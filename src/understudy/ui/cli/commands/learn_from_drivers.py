@@ -26,9 +26,11 @@ from understudy.ui.cli.commands.learn_from_drive import (
     make_drive_lesson,
     open_drives,
     print_drive_report,
+    say_omissions,
     segment_opened_drives,
 )
 from understudy.ui.cli.lesson_options import DriveOptions, LearnDriversOptions
+from understudy.ui.cli.options import parse_targets
 from understudy.ui.cli.output import format_count, make_console
 
 if TYPE_CHECKING:
@@ -105,9 +107,10 @@ def learn_from_drivers(
     """Segment the drives of each driver apart, and return the lesson merged of all with a report."""
     made, reports = [], {}
     for name, drive in segment_drivers(recordings, asked).items():
-        own = make_drive_lesson(drive, asked, driver=name)
+        with say_omissions(drive.found.drive):
+            own = make_drive_lesson(drive, asked, driver=name)
+            reports[name] = make_drive_report(drive.found, own, targets=parse_targets(asked.targets))
         made.append(own)
-        reports[name] = make_drive_report(drive.found, own)
     merged = merge_driver_lessons(made).lesson
     contradictions = find_driver_contradictions(merged)
     settled = merged if trust is None else settle_driver_contradictions(merged, trust)

@@ -108,9 +108,16 @@ class SeriesData(FeatureData, frozen=True, kw_only=True):
 
 
 class LearnedDriveData(Data, frozen=True, kw_only=True):
-    """The automaton learned from the labels, and its agreement with them."""
+    """The automaton learned from the labels, and how it agrees with them."""
 
     agreement: float
+    """The share of ticks that it repeats, from 0 to 1."""
+    repeats: str
+    """How many ticks it repeats, in words."""
+    unseen: float
+    """The share of ticks that are repeated by what is learned without them, from 0 to 1."""
+    repeats_unseen: str
+    """How many ticks are repeated by what is learned without them, in words."""
     spans: list[StateSpanData]
     states: list[NestedStateData]
     edges: list[TransitionData]
@@ -213,6 +220,10 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
     library = learned.drive.library.with_automaton(learned.taught)
     return LearnedDriveData.of(
         learned,
+        agreement=learned.agreement.share,
+        repeats=str(learned.agreement),
+        unseen=learned.unseen.share,
+        repeats_unseen=str(learned.unseen),
         spans=[
             StateSpanData(first=first, end=end, label=int(learned.states[first]))
             for episode in review.segmentation.drive.episodes
