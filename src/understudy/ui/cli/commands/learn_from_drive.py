@@ -38,10 +38,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.addons.recordings.drive_findings import DriveFindings, DrivePlace
-    from understudy.addons.recordings.recorded_drive import RecordedDrive
-    from understudy.addons.recordings.segment import Segmentation
     from understudy.model.features import BoundFeature
-    from understudy.model.library import Library
 
 
 class OpenedDrives(NamedTuple):

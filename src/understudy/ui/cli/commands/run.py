@@ -40,7 +40,6 @@ from understudy.viz.run_gif import FrameBuffer, draw_run_gif
 if TYPE_CHECKING:
     from understudy.records.header import RunInfo
     from understudy.runtime.team.team import Team
-    from understudy.ui.cli.run_options import SimulatedRunOptions
 
 
 def run_behavior(options: SimulatedRunOptions) -> None:
