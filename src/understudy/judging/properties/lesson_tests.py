@@ -261,7 +261,7 @@ def describe_other_differences(result: LessonTestResult, former: str) -> Iterato
         watched = f"{result.replayed.overruled} of {result.replayed.watched} moments in which you watched"
         yield f"{watched}: it decides otherwise than it did"
     if result.replayed.changes:
-        yield _anew(result.replayed)
+        yield _describe_changes(result.replayed)
     if result.changed:
         run = "runs" if len(result.affected) == 1 else "run"
         yield f"changed since {former}" + (
@@ -277,14 +277,14 @@ def describe_failed_property(each: FailedProperty) -> str:
     return f"property fails: {each.result.tested}{why}"
 
 
-def _anew(replay: LessonReplay) -> str:
+def _describe_changes(replay: LessonReplay) -> str:
     """Describe the decisions that changed at moments in the second before presses."""
     total = sum(each.moments for each in replay.changes)
     changes = join_names(
         f"{each.now} instead of {each.formerly} in {each.state} ({each.moments})"
         for each in replay.changes[:MOST_CHANGES]
     )
-    return f"at {total} of {replay.before} moments before presses it decides anew: {changes}"
+    return f"at {total} of {replay.before} moments before presses it decides otherwise than before: {changes}"
 
 
 def find_regressions_since_saved(
