@@ -24,6 +24,7 @@ from understudy.storage.library_folder import make_file_stem, read_document
 NOBODY: Libraries = MappingProxyType({})
 MOST_NAMED = 3
 """The largest number of examples that a sentence names."""
+MOST_CHANGES = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,9 +229,6 @@ def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
         which = f"example{'s' * (len(numbers) > 1)} {', '.join(numbers[:MOST_NAMED])}{more}"
         does = "stays" if now == state else f"goes to {now}"
         yield f"where it {was} as shown ({which}), it now {does}"
-
-
-MOST_CHANGES = 6
 
 
 def describe_test_result(result: LessonTestResult, former: str) -> Iterator[str]:

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from understudy.addons.recordings.drive_findings import DriveFindings, DrivePlace
     from understudy.model.features import BoundFeature
 
+MOST_QUESTIONS = 5
+"""The number of questions that are printed."""
+
 
 class OpenedDrives(NamedTuple):
     """Drives of one driver joined to one, the library whose behaviors may explain it, and the places of the robot."""
@@ -195,10 +198,6 @@ def print_drive_report(report: DriveReport) -> None:
             f"Reaction time {report.reaction_s:g} s. {escape(report.reaction_evidence)}", soft_wrap=True
         )
     print_drive_findings(out, report.findings)
-
-
-MOST_QUESTIONS = 5
-"""The number of questions that are printed."""
 
 
 def parse_definition(text: str) -> tuple[str, dict[str, float]]:

@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from understudy.records.header import RunInfo
     from understudy.runtime.team.team import Team
 
+FRAMES_PER_S = 12.0
+IDLES = "idles"
+
 
 def run_behavior(options: SimulatedRunOptions) -> None:
     """Run a behavior in a scenario's world, on all robots that have it, and show, draw or record the run."""
@@ -49,10 +52,6 @@ def run_behavior(options: SimulatedRunOptions) -> None:
         run_in_scenario(options, opened)
     else:
         run_on_body(options, opened)
-
-
-FRAMES_PER_S = 12.0
-IDLES = "idles"
 
 
 def run_in_scenario(options: SimulatedRunOptions, world: Scenario) -> None:
