@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pettingzoo
 
-from understudy import Behavior, Channel, Command, Continuous, Feature, Forage, Kit, Reading
+from understudy import Behavior, Channel, Command, Continuous, Feature, Kit, Reading
 from understudy.addons.bridges.environments.gymnasium import GymnasiumBody
 from understudy.model.features import Percept, ReadingKey
 from understudy.runtime.body import Commands
@@ -136,10 +136,6 @@ def make_bare(seed: int) -> Slope:
 
 def make_half(seed: int) -> HalfSlope:
     return HalfSlope()
-
-
-def make_forage_body() -> Forage:
-    return Forage([0])
 
 
 def make_cart() -> gymnasium.Env[Any, Any]:

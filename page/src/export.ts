@@ -10,8 +10,6 @@ const TARGETS: Readonly<Record<string, string>> = {
   scxml: "SCXML statechart",
   xstate: "XState machine",
 };
-/** The targets that can be written in single precision. */
-const SINGLE: readonly string[] = ["c99"];
 /** The targets for which a robot's file says what is read and commanded. */
 const ROBOTS: readonly string[] = ["ros2"];
 
@@ -24,10 +22,6 @@ export interface ExportRequest {
 
 export function targetName(target: string): string {
   return TARGETS[target] ?? target;
-}
-
-export function offersSingle(target: string): boolean {
-  return SINGLE.includes(target);
 }
 
 export function needsRobot(target: string): boolean {
@@ -44,7 +38,7 @@ export function exportQuery(request: ExportRequest): [string, string][] {
       "bind",
       `${parameter}=${target}`,
     ]),
-    ...(single && offersSingle(to) ? ([["single", "1"]] as [string, string][]) : []),
+    ...(single ? ([["single", "1"]] as [string, string][]) : []),
   ];
 }
 

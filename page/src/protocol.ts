@@ -469,7 +469,7 @@ export interface Hello {
   key: string;
   has_control: boolean;
   /** The targets that automata can be exported to. */
-  exports: readonly string[];
+  exports: readonly ExportTarget[];
   scene: Scene;
   /** The running team that is watched, if there is one. */
   team?: Team;
@@ -745,6 +745,13 @@ export interface BehaviorParameters {
 export interface ConditionExample {
   heading: string;
   text: string;
+}
+
+/** A target that automata can be exported to. */
+export interface ExportTarget {
+  name: string;
+  /** Whether it can be written in single precision, too. */
+  single_precision: boolean;
 }
 
 /** The parts of world and kit that do not change from tick to tick. */

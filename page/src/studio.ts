@@ -8,6 +8,7 @@ import { RunHistory } from "./runhistory";
 import { LessonTests } from "./lessontests";
 import type {
   Answer,
+  ExportTarget,
   News as ServerNews,
   Request,
   Scene,
@@ -79,7 +80,7 @@ export class Studio extends FrameReceiver implements LinkListener {
   current = true;
   version = "";
   /** The targets that automata can be exported to. */
-  exports: readonly string[] = [];
+  exports: readonly ExportTarget[] = [];
   private back: Request | null = null;
   private readonly link = new Link(this);
 

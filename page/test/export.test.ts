@@ -1,12 +1,12 @@
 import { expect, test } from "vitest";
-import { exportQuery, fileName, needsRobot, offersSingle, targetName } from "../src/export";
+import { exportQuery, fileName, needsRobot, targetName } from "../src/export";
 
 test("targets have names, and those this page does not know are shown as they are", () => {
   expect(targetName("c99")).toBe("C code");
   expect(targetName("prolog")).toBe("prolog");
 });
 
-test("the query has every parameter, and single precision only where it is offered", () => {
+test("the query has every parameter, and single precision where it is asked for", () => {
   const wanted = { name: "go to", to: "c99", targets: { A: "station", B: "ball" }, single: true };
   expect(exportQuery(wanted)).toEqual([
     ["name", "go to"],
@@ -15,16 +15,11 @@ test("the query has every parameter, and single precision only where it is offer
     ["bind", "B=ball"],
     ["single", "1"],
   ]);
-  expect(exportQuery({ ...wanted, to: "python", targets: {} })).toEqual([
+  expect(exportQuery({ ...wanted, to: "python", targets: {}, single: false })).toEqual([
     ["name", "go to"],
     ["to", "python"],
   ]);
-  expect([offersSingle("c99"), offersSingle("ros2"), needsRobot("ros2"), needsRobot("c99")]).toEqual([
-    true,
-    false,
-    true,
-    false,
-  ]);
+  expect([needsRobot("ros2"), needsRobot("c99")]).toEqual([true, false]);
 });
 
 test("a download has the name that the server gives it, without folders", () => {

@@ -101,7 +101,7 @@ Pairs: TypeAlias = tuple[Rows, Rows]
 
 @dataclass(frozen=True)
 class LiveComparison:
-    """What live teaching takes and gives, compared with the paper's training.
+    """The cost and the results of live teaching, compared with those of the paper's training.
 
     Parameters
     ----------

@@ -220,10 +220,6 @@ class Broken(Stairs):
         raise RuntimeError("no stairs")
 
 
-def make_in_turns() -> Any:
-    return pettingzoo.make("aec", "sisl/pursuit-v5")
-
-
 NUMBER: Any = 3
 one_environment = Stairs()
 REFUSALS: list[tuple[Any, str]] = [

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from math import isinf, nan
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.verification.automata import AHEAD, ANGLE, BACK, DISTANCE, KIT, LIGHT
 
-from understudy.addons.checks.verification.cells import choose_vector, locate_vector
+from understudy.addons.checks.verification.cells import Axis, choose_vector
 from understudy.addons.checks.verification.check_library import check_library
 from understudy.addons.checks.verification.cycles import CycleFinder
 from understudy.addons.checks.verification.finding import FindingKind
@@ -87,6 +88,12 @@ def test_leaves_partition_the_space_as_the_tree_decides(
             inside = [leaf for leaf in leaves or () if leaf.box & cell == cell]
             assert cell
             assert [leaf.outcome for leaf in inside] == [tree.decide(row)]  # type: ignore[union-attr]
+
+
+def locate_vector(values: Sequence[float], axes: Sequence[Axis]) -> int:
+    """The box of the cell that contains a feature vector; 0 if it is outside the domain."""
+    bits = [axis.find_bit(value) for value, axis in zip(values, axes, strict=True)]
+    return sum(bits) if all(bits) else 0
 
 
 def follow(automaton: Automaton, state: int, rows: list[tuple[float, ...]]) -> list[int]:

@@ -3,7 +3,7 @@
 import { useRef, useState } from "preact/hooks";
 import { Button } from "../button";
 import { useStudio } from "../context";
-import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
+import { exportQuery, fileName, needsRobot, targetName, type ExportRequest } from "../export";
 import { Field, Form, Option, Select } from "../fields";
 import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
@@ -15,7 +15,7 @@ export function ExportForm({ trained }: { trained: TrainedBehavior }) {
   const studio = useStudio();
   const { name, parameters } = trained;
   const offered = studio.scene?.targets ?? [];
-  const [to, setTo] = useState(studio.exports[0] ?? "");
+  const [to, setTo] = useState(studio.exports[0]?.name ?? "");
   const [chosen, setChosen] = useState<Record<string, string>>({});
   const [single, setSingle] = useState(false);
   const [robot, setRobot] = useState<File | null>(null);
@@ -23,16 +23,21 @@ export function ExportForm({ trained }: { trained: TrainedBehavior }) {
   const field = useRef<HTMLInputElement>(null);
   const targets = Object.fromEntries(parameters.map((each) => [each, chosen[each] ?? offered[0] ?? ""]));
   const real = (studio.status?.robots.length ?? 0) > 0;
+  const offersSingle = studio.exports.some((each) => each.name === to && each.single_precision);
   const asksFile = needsRobot(to) && !real;
   const act = async (): Promise<void> => {
     setWorking(true);
-    await download(studio, { name, to, targets, single }, asksFile ? robot : null);
+    await download(studio, { name, to, targets, single: single && offersSingle }, asksFile ? robot : null);
     setWorking(false);
   };
   return (
     <Form class="export-form" aria-label={`Export ${name}`} submit={() => void (working || act())}>
       <Field label="Export as">
-        <Select value={to} among={studio.exports.map((each) => [each, targetName(each)])} change={setTo} />
+        <Select
+          value={to}
+          among={studio.exports.map((each) => [each.name, targetName(each.name)])}
+          change={setTo}
+        />
       </Field>
       {parameters.map((parameter) => (
         <Field key={parameter} label={`${parameter} stands for`}>
@@ -43,7 +48,7 @@ export function ExportForm({ trained }: { trained: TrainedBehavior }) {
           />
         </Field>
       ))}
-      {offersSingle(to) && (
+      {offersSingle && (
         <Option checked={single} change={setSingle}>
           Single precision, for small microcontrollers
         </Option>

@@ -33,7 +33,7 @@ class Job(Protocol):
 
 
 class Executor(Protocol):
-    """What runs functions elsewhere: an executor of `concurrent.futures`, of submitit, or the like."""
+    """A runner of functions elsewhere: an executor of `concurrent.futures`, of submitit, or the like."""
 
     def submit(self, function: Callable[[], Any], /) -> Job:
         """Let a function run.

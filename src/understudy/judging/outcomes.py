@@ -73,7 +73,7 @@ class Outcomes(WorldColumns):
 
 
 class SuccessMonitor(Monitor, ABC):
-    """What decides which worlds succeed, and ends those of which that is known.
+    """Observer that decides which worlds succeed, and ends those of which that is known.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class SuccessMonitor(Monitor, ABC):
 
 
 class EventMonitor(SuccessMonitor):
-    """What ends each world when it has succeeded, and notes when that was.
+    """Observer that ends each world when it has succeeded, and notes when that was.
 
     Parameters
     ----------

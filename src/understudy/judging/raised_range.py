@@ -88,7 +88,7 @@ class RaisedRange:
 
 
 class RaisedReader(Monitor):
-    """What reads the values of a feature at which agents raise a flag.
+    """Observer that reads the values of a feature at which agents raise a flag.
 
     Parameters
     ----------

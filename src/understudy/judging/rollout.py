@@ -50,7 +50,7 @@ class Instant:
 
 
 class Monitor:
-    """What observes the B worlds of a run before its first tick, and after each `stride` ticks.
+    """Observer of the B worlds of a run, which looks before the first tick, and after each `stride` ticks.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def roll_out(
     run
         The behavior in B worlds.
     monitors
-        What observes the worlds, in this order. A world ends as soon as one of them says so.
+        The observers of the worlds, in the order in which they look. A world ends as soon as one of them says so.
     limit_s
         The time limit, s, one for all worlds or a column [B].
     to_goal

@@ -140,7 +140,7 @@ def name_value(value: str | Callable[..., Any] | SuccessRule) -> str:
 
 
 class TickRecorder(Monitor):
-    """What is recorded of the run of one world before its first tick and after each one."""
+    """Recorder of the run of one world, before its first tick and after each one."""
 
     def __init__(self, run: WorldRun, values: Mapping[str, Metric]) -> None:
         super().__init__(1)

@@ -17,6 +17,8 @@ from understudy.viz.palette import FAINT, INK
 
 ENDINGS = (".svg", ".pdf", ".png", ".dot")
 DPI = 200
+WRAP = 36
+"""The number of letters after which a condition goes on in the next line."""
 
 
 def check_picture_name(path: Path | str, *, where: str) -> str:
@@ -45,10 +47,6 @@ def render_automata(automata: Sequence[TrainedAutomaton], ending: str) -> bytes:
         undated = {"CreationDate": None} if ending == ".pdf" else None
         figure.savefig(buffer, format=ending[1:], dpi=DPI, facecolor="white", metadata=undated)
     return buffer.getvalue()
-
-
-WRAP = 36
-"""The number of letters after which a condition goes on in the next line."""
 
 
 def write_automata_dot(automata: Sequence[TrainedAutomaton]) -> str:

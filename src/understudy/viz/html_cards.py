@@ -28,6 +28,7 @@ MOST_ROWS = 8
 LINE = "rgba(128,128,128,.35)"
 CARD = f"display:inline-block;max-width:60em;padding:.5em .8em;border:1px solid {LINE};border-radius:6px"
 CELL = f"padding:.15em .7em .15em 0;border-bottom:1px solid {LINE};text-align:left;vertical-align:top"
+_PRESSED = (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION, ExampleKind.DEFAULT)
 
 
 def write_card(title: str, facts: Sequence[str], *parts: str) -> str:
@@ -84,9 +85,6 @@ def write_lesson_html(lesson: Lesson) -> str:
     states = f"states {', '.join(automaton.state_names)}"
     facts = [", ".join([*number, *watched]) or "no examples", states, ", ".join(options)]
     return write_card(f"Lesson {format_automaton_title(automaton)}", facts, format_html_table(heads, rows))
-
-
-_PRESSED = (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION, ExampleKind.DEFAULT)
 
 
 def write_library_html(library: Library) -> str:

@@ -32,6 +32,18 @@ HATCHES = ("x", "//", r"\\", "--", "||", "+", "..", "/")
 """The hatch of each next state, which tells regions apart without colors."""
 SMOOTH = 160
 """The number of cells across the axes on which a classifier is asked, which has no thresholds."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+"""The marker of each next state, which tells states apart without colors."""
+SIZE, SMALL, RING, MOST_RINGS = 7.5, 3.5, 4.5, 3
+"""Sizes of marks, in points: of an example from a press, of a watched one, and the growth for each further example at
+the same place, which ends after MOST_RINGS of them."""
+WORDS = {
+    ExampleKind.DIRECTIVE: "pressed",
+    ExampleKind.CONFIRMATION: "confirmed",
+    ExampleKind.DEFAULT: "default",
+    ExampleKind.WATCHED: "watched",
+}
+_CROSS: dict[str, Any] = {"marker": "x", "ms": 11, "color": INK, "mew": 1.4}
 
 
 def plot_lesson(
@@ -299,19 +311,6 @@ def _parse_value(bound: BoundFeature, value: float | str) -> float:
     return bound.kind.check(number, where=str(bound))
 
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-"""The marker of each next state, which tells states apart without colors."""
-SIZE, SMALL, RING, MOST_RINGS = 7.5, 3.5, 4.5, 3
-"""Sizes of marks, in points: of an example from a press, of a watched one, and the growth for each further example at
-the same place, which ends after MOST_RINGS of them."""
-WORDS = {
-    ExampleKind.DIRECTIVE: "pressed",
-    ExampleKind.CONFIRMATION: "confirmed",
-    ExampleKind.DEFAULT: "default",
-    ExampleKind.WATCHED: "watched",
-}
-
-
 def draw_examples(
     axes: Axes, examples: Sequence[Example], places: Sequence[tuple[float, float]], states: Sequence[str]
 ) -> list[Artist]:
@@ -335,9 +334,6 @@ def draw_examples(
     if crossed:
         axes.plot(*zip(*crossed, strict=True), ls="", zorder=5, clip_on=False, **_CROSS)
     return _list_entries({(kind, outcome) for kind, outcome, _ in groups}, states, crossed=bool(crossed))
-
-
-_CROSS: dict[str, Any] = {"marker": "x", "ms": 11, "color": INK, "mew": 1.4}
 
 
 def _look(kind: ExampleKind, outcome: int) -> dict[str, Any]:

@@ -63,6 +63,9 @@ CALLING = 1.6
 """The radius of the ring around a robot that raises a signal, in robot radii."""
 COLORS, SAMPLES, SAME = 128, 8, 10
 """The number of palette colors and of pictures that it is derived from, and the difference (of 255) of equal colors."""
+MOST_BUFFERED_FRAMES, LEAST_FRAMES, MOST_ROWS = 20_000, 600, 2_000_000
+LARGE, SMALL, DOT = 17 * FINE, 13 * FINE, 4 * FINE  # fine pixels
+FIRST, LINE, GAP = 6 * FINE, 25 * FINE, 11 * FINE
 
 
 def draw_run_gif(
@@ -239,9 +242,6 @@ class _FrameRenderer:
             pixels[y, x] = paints[rows][:, None]
 
 
-MOST_BUFFERED_FRAMES, LEAST_FRAMES, MOST_ROWS = 20_000, 600, 2_000_000
-
-
 class FrameBuffer:
     """A buffer of a run's frames; when it is full, it drops every second frame and then keeps half as many."""
 
@@ -261,10 +261,6 @@ class FrameBuffer:
     def frames(self) -> list[RunFrame]:
         """The frames kept, with the first and the last frame always among them."""
         return [] if self._kept is None else self._kept.items
-
-
-LARGE, SMALL, DOT = 17 * FINE, 13 * FINE, 4 * FINE  # fine pixels
-FIRST, LINE, GAP = 6 * FINE, 25 * FINE, 11 * FINE
 
 
 class Caption:

@@ -8,9 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
 from time import perf_counter
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
 from rich.console import Console
 from rich.live import Live
 from rich.markup import escape
@@ -24,59 +23,20 @@ from understudy.model.library import Library, TrainedAutomaton
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy.storage.library_folder import save_automaton
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.options import Json
 from understudy.ui.cli.output import make_console, make_table
 from understudy.viz.automaton_svg import draw_automaton_svg
 from understudy_lab.teachers.teacher import Progress, TeachingCost
+
+if TYPE_CHECKING:
+    from understudy_lab.commands.options import DemoOptions
 
 TASKS = ("forage", "patrol", "swarm")
 METHODS = ("live", "watched", "paper")
 
 
-def demo(
-    task: Annotated[str, typer.Argument(help="What to teach: forage, patrol or swarm.")] = "forage",
-    seed: Annotated[int, typer.Option("--seed", min=0, max=2**30, help="Which teaching.")] = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="DIR",
-            help="Where the library and the pictures go: demo, demo-patrol or demo-swarm.",
-            show_default=False,
-        ),
-    ] = None,
-    method: Annotated[
-        str,
-        typer.Option(
-            "--method",
-            help="How to teach foraging: live (the robot acts from the first press on), watched (demonstrations, then "
-            "corrections; also learns from what was watched without a press), or paper (without that).",
-        ),
-    ] = "live",
-    as_json: Json = False,
-) -> None:
-    """Teach simulated robots by demonstration, and test how well they learned.
-
-    A scripted teacher watches the robots and presses buttons as a person would: late, and only now and then.
-
-    forage: it teaches a robot GoTo, Harvest, Deposit and Forage in turn; then the robot forages alone in 100 worlds
-    it has never seen, compared with a hand-written controller.
-
-    patrol: it teaches four robots to look for intruders, and their coordinator to command all of them; then they patrol
-    in unseen worlds, with and without the coordinator (paper, section 5.1). A GIF shows it.
-
-    swarm: it teaches 200 robots, and three levels of coordinators, to pull boxes together; then 10 000 robots run the
-    same automata, and their speed is measured. A GIF shows the 200.
-
-    The same seed gives the same result.
-
-    [dim]understudy demo --seed 7 --out my-demo[/]
-
-    [dim]understudy demo patrol[/]
-
-    [dim]understudy demo swarm[/]
-    """
+def demo(options: DemoOptions) -> None:
+    """Teach simulated robots, and print how well they learned."""
+    task, method = options.task, options.method
     if task not in TASKS:
         raise UnknownName(what="task", name=task, where="the demo", known=TASKS)
     if method not in METHODS:
@@ -85,14 +45,14 @@ def demo(
         problem, remedy = f"is {method!r}, but only foraging is taught in several ways", "leave it out"
         raise SettingError(where=f"demo {task}", setting="--method", problem=problem, remedy=remedy)
     began = perf_counter()
-    folder = out or Path("demo" if task == TASKS[0] else f"demo-{task}")
+    folder = options.out or Path("demo" if task == TASKS[0] else f"demo-{task}")
     make_output_folders(folder)
-    talk = make_console(err=as_json)
-    talk.quiet = as_json
+    talk = make_console(err=options.as_json)
+    talk.quiet = options.as_json
     module = import_module(f"understudy_lab.commands.demo_{'forage' if task == TASKS[0] else 'teams'}")
     choice = {"method": method} if task == TASKS[0] else {}
-    result = getattr(module, f"demo_{task}")(seed, folder, talk, **choice)
-    if as_json:
+    result = getattr(module, f"demo_{task}")(options.seed, folder, talk, **choice)
+    if options.as_json:
         print_json({**result, "seconds": round(perf_counter() - began, 2)})
 
 

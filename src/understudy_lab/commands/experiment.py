@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.markup import escape
@@ -19,7 +19,6 @@ from understudy.sim.catalog import compile_world_kernels as prepare_world
 from understudy.sim.catalog import find_scenario
 from understudy.ui.cli.commands.eval import parse_seeds
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.options import Json
 from understudy.ui.cli.output import make_console, make_table
 from understudy.ui.cli.progress_bar import show_progress
 from understudy_lab import figures, results
@@ -31,116 +30,63 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.sim.scenario.schema import Scenario
+    from understudy_lab.commands.options import ExperimentOptions
     from understudy_lab.study import Study
-
 
 RESULTS = Path("results")
 SHOWN = 12
 """The largest number of differences from the published result that is printed."""
+SLOW_S = 2.0
 
 
-def experiment(
-    name: Annotated[str, typer.Argument(metavar="list|all|NAME", help="Which one; list names them.")],
-    seeds: Annotated[
-        str | None,
-        typer.Option("--seeds", metavar="A:B", help="The teachings; the published ones unless given."),
-    ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A small part, compared with what was published.")
-    ] = False,
-    data: Annotated[
-        Path | None,
-        typer.Option("--data", metavar="DIR", help="Data from elsewhere, for one that takes any."),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="Where results are kept: results/NAME unless given."),
-    ] = None,
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", "-j", min=1, help="So many processes; one per processor unless given."),
-    ] = None,
-    part: Annotated[
-        str | None,
-        typer.Option(
-            "--part",
-            metavar="I/N",
-            help="Run only the I-th of N parts, such as 2/8. --gather joins them.",
-            show_default=False,
-        ),
-    ] = None,
-    gathers: Annotated[
-        bool, typer.Option("--gather", help="Join the rows of all parts, which must have ended.")
-    ] = False,
-    cluster: Annotated[
-        str | None,
-        typer.Option(
-            "--cluster",
-            metavar="slurm|local",
-            help="Run --jobs parts as jobs of a cluster, and join them.",
-            show_default=False,
-        ),
-    ] = None,
-    cluster_option: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--cluster-option",
-            metavar="KEY=VALUE",
-            help="A parameter of submitit, such as timeout_min=240 or slurm_partition=cpu.",
-            show_default=False,
-        ),
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Run published experiments again: teach robots, test them, and compare with the published results.
-
-    Tasks whose results are already in the folder are not repeated, so an interrupted run can be continued. Exit code 1
-    if a result differs from the published one, or a goal that was reached before is missed.
-
-    [dim]understudy experiment forage --quick[/]
-
-    [dim]understudy experiment forage --part 2/8[/] on each of 8 computers, then [dim]understudy experiment forage
-    --gather[/]
-    """
-    if name == "list":
-        _list(as_json=as_json)
+def experiment(options: ExperimentOptions) -> None:
+    """Run published experiments again, and compare."""
+    if options.name == "list":
+        _list(as_json=options.as_json)
         return
-    chosen = None if seeds is None else parse_seeds(seeds)
-    mine = None if part is None else Part.parse(part)
-    _refuse_several(part=part, gather=gathers or None, cluster=cluster)
-    parameters = _read_parameters(cluster_option or [])
-    processes = jobs or os.cpu_count() or 1
+    is_all, quiet = options.name == "all", options.as_json
+    chosen = None if options.seeds is None else parse_seeds(options.seeds)
+    mine = None if options.part is None else Part.parse(options.part)
+    _refuse_several(part=options.part, gather=options.gathers or None, cluster=options.cluster)
+    parameters = _read_parameters(options.cluster_option or [])
+    processes = options.jobs or os.cpu_count() or 1
     reports: dict[str, dict[str, Any]] = {}
-    for each in QUESTIONS if name == "all" else [name]:
+    for each in QUESTIONS if is_all else [options.name]:
         study = find_experiment(each)
         try:
             study.check_machine()
         except UnderstudyError as error:
-            if name != "all":
+            if not is_all:
                 raise
             reports[each] = {"skipped": str(error)}
             make_console(err=True).print(f"[yellow]Skipped:[/] {escape(str(error))}")
             continue
-        folder = (
-            (out or RESULTS) / (f"{each}-quick" if quick else each) if name == "all" or out is None else out
-        )
-        plan = StudyPlan(chosen or (study.seeds[: study.quick] if quick else study.seeds), quick, data)
+        folder = _choose_folder(each, options)
+        published = study.seeds[: study.quick] if options.quick else study.seeds
+        plan = StudyPlan(chosen or published, options.quick, options.data)
         if mine is not None:
-            reports[each] = _run_part(study, plan, folder, mine, jobs=processes, quiet=as_json)
+            reports[each] = _run_part(study, plan, folder, mine, jobs=processes, quiet=quiet)
             continue
-        if cluster is not None:
-            _run_on_cluster(study, plan, folder, cluster, parameters, parts=processes, quiet=as_json)
-        if gathers or cluster is not None:
+        if options.cluster is not None:
+            _run_on_cluster(study, plan, folder, options.cluster, parameters, parts=processes, quiet=quiet)
+        if options.gathers or options.cluster is not None:
             gather(study, plan, folder)
-        result = _run(study, plan, folder, jobs=processes, quiet=as_json)
+        result = _run(study, plan, folder, jobs=processes, quiet=quiet)
         wrong, unknown = _compared(result, study)
         reports[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
-        if not as_json:
+        if not quiet:
             _tell(result, wrong, unknown, folder, make_console())
     passed = all(each.get("passed", True) for each in reports.values())
-    if as_json:
-        print_json(reports | {"passed": passed} if name == "all" else reports[name])
+    if quiet:
+        print_json(reports | {"passed": passed} if is_all else reports[options.name])
     raise typer.Exit(0 if passed else 1)
+
+
+def _choose_folder(name: str, options: ExperimentOptions) -> Path:
+    """Choose the folder of the results of an experiment: that of --out, or one in it where all are run."""
+    if options.out is not None and options.name != "all":
+        return options.out
+    return (options.out or RESULTS) / (f"{name}-quick" if options.quick else name)
 
 
 def _list(*, as_json: bool) -> None:
@@ -302,9 +248,6 @@ def _tell(result: StudyResult, wrong: list[str], unknown: list[str], folder: Pat
     for each_unknown in unknown:
         out.print(f"[dim]{escape(each_unknown)}[/]")
     out.print(f"[dim]Kept in {folder}: result.json, figure.svg, rows.jsonl[/]\n")
-
-
-SLOW_S = 2.0
 
 
 def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet: bool = False) -> None:

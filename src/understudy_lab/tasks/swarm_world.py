@@ -83,7 +83,6 @@ class ExpertParams:
     away: float = 15.0
     gives_up: float = 60.0
     musters: float = 120.0
-    hauls: float = 120.0
     spreads: float = 10.0
 
 

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from understudy.ui.cli.main import make_command_line
 from understudy_lab.bench import swarm
 from understudy_lab.bench.harness import Row, result
-from understudy_lab.commands.bench import short
+from understudy_lab.commands.bench_tables import short
 
 SHORT = [
     (0.9768, "0.977"),

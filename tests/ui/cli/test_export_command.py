@@ -1,4 +1,4 @@
-"""`understudy export`, and `understudy why --exported` on what the exported code traced."""
+"""`understudy export`, and `understudy export why` on what the exported code traced."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ def trace(folder: Path) -> Path:
 def test_why_finds_the_examples_behind_exported_decisions(lesson_library: Path, tmp_path: Path) -> None:
     run_json("export", "forage", "--library", lesson_library, "--to", "python", "--out", tmp_path / "out")
     path = trace(tmp_path / "out")
-    found = run_json("why", "--exported", path, "--library", lesson_library)
+    found = run_json("export", "why", path, "--library", lesson_library)
     assert found["ticks"] == 2  # the last line has no end
     assert [(each["automaton"], each["before"], each["after"]) for each in found["decisions"]] == [
         ("forage", "start", "harvest"),
         ("harvest", "start", "goto"),
     ]
     assert all(each["examples"] and each["shown"] for each in found["decisions"])
-    tick = run_json("why", "--exported", path, "--library", lesson_library, "--time", "0.15")["decisions"]
+    tick = run_json("export", "why", path, "--library", lesson_library, "--time", "0.15")["decisions"]
     assert [each["time"] for each in tick] == [0.1, 0.1, 0.1]
     assert tick[2]["why"] == "stays in start: there are no examples there"
 
@@ -68,15 +68,15 @@ def test_why_says_times_of_long_clocks_in_full(lesson_library: Path, tmp_path: P
     path = trace(tmp_path / "out")
     later = path.read_text().replace("\n0,", "\n1700000000,").replace("\n0.1,", "\n1700000000.1,")
     path.write_text(later)
-    shown = run("why", "--exported", path, "--library", lesson_library, "--time", "1700000000.15")
+    shown = run("export", "why", path, "--library", lesson_library, "--time", "1700000000.15")
     assert shown.stdout.startswith("1700000000.1 forage ")
-    early = run("why", "--exported", path, "--library", lesson_library, "--time", "1600000000.5")
+    early = run("export", "why", path, "--library", lesson_library, "--time", "1600000000.5")
     assert "--time is 1600000000.5, before the trace begins" in early.stderr
 
 
 def test_why_refuses_a_trace_of_another_library(lesson_library: Path, library: Path, tmp_path: Path) -> None:
     run_json("export", "forage", "--library", lesson_library, "--to", "python", "--out", tmp_path / "out")
-    result = run("why", "--exported", trace(tmp_path / "out"), "--library", library)
+    result = run("export", "why", trace(tmp_path / "out"), "--library", library)
     assert result.exit_code == 2
     assert "forage has changed since it was exported" in result.stderr
 
@@ -96,6 +96,6 @@ def test_bad_traces_are_refused_in_a_sentence(
     run_json("export", "forage", "--library", lesson_library, "--to", "python", "--out", tmp_path / "out")
     path = trace(tmp_path / "out")
     path.write_text(text.replace("{header}", path.read_text().splitlines()[0]))
-    result = run("why", "--exported", path, "--library", lesson_library)
+    result = run("export", "why", path, "--library", lesson_library)
     assert result.exit_code == 2
     assert problem in " ".join(result.stderr.split())

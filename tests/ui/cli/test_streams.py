@@ -179,6 +179,11 @@ def test_learning_an_automaton_without_a_name(tmp_path: Path) -> None:
     assert not (tmp_path / "library").exists()
 
 
+LAB = ["understudy_lab", "understudy_lab.commands"]
+LAB_HELP = {"demo": "options", "experiment": "options", "bench": "bench"}
+"""What the help of commands of the laboratory is read from."""
+
+
 def test_a_command_is_called_without_the_others() -> None:
     program = """
 import sys
@@ -191,8 +196,12 @@ except SystemExit:
     print(*(name for name in sys.modules if name.startswith(("understudy.ui.cli.commands.", "understudy_lab"))))
 """
     for arguments, modules in (
-        (["--help"], ["understudy_lab", "understudy_lab.commands"]),
+        (["--help"], LAB),
         (["show", "--help"], []),
+        *(
+            ([name, "--help"], [*LAB, f"understudy_lab.commands.{module}"])
+            for name, module in LAB_HELP.items()
+        ),
         (["list", "--library", "show"], ["understudy.ui.cli.commands.list"]),
         (["learn", "table", "no.csv"], ["understudy.ui.cli.commands.learn_table"]),
         (["replay", "no.mcap"], ["understudy.ui.cli.commands.replay"]),

@@ -17,6 +17,7 @@ from tests.export.test_ros2 import FORAGER
 from tests.make.studios import HOME, make_studio, open_page, serve_studio
 
 from understudy.ui.web.app import make_app
+from understudy.ui.web.views import exports
 
 HERE = "/export.zip"
 
@@ -106,7 +107,16 @@ def test_a_file_that_is_no_text_is_refused(client: TestClient) -> None:
 
 def test_pages_know_the_targets(folder: Path) -> None:
     with serve_studio(make_studio(folder)) as client, open_page(client) as person:
-        assert {"c99", "python", "json", "ros2"} <= set(person.hello["exports"])
+        single = {each["name"]: each["single_precision"] for each in person.hello["exports"]}
+    assert {"c99": True, "python": False, "json": False, "ros2": False}.items() <= single.items()
+
+
+def test_a_target_that_cannot_be_loaded_is_among_the_targets(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exports, "list_targets", lambda: ["c99", "missing"])
+    assert [(each.name, each.single_precision) for each in exports.describe_export_targets()] == [
+        ("c99", True),
+        ("missing", False),
+    ]
 
 
 def test_a_token_and_the_own_site_are_asked_for(folder: Path) -> None:

@@ -23,6 +23,11 @@ from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
 
 TICK_S = 0.1
 """The length of a tick, s, where no body says it."""
+ORDER_CHANNELS = (
+    Channel(ORDER, doc="Which order stands: the index of a basic behavior; 0 orders the members to idle."),
+    Channel(ISSUED, doc="1 in the tick in which the order is given, otherwise 0."),
+)
+"""The channels of an exported coordinator."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +41,6 @@ class BodyInterface:
     channels: tuple[Channel, ...]
     tick_s: float = TICK_S
     is_complete: bool = True
-
-
-ORDER_CHANNELS = (
-    Channel(ORDER, doc="Which order stands: the index of a basic behavior; 0 orders the members to idle."),
-    Channel(ISSUED, doc="1 in the tick in which the order is given, otherwise 0."),
-)
-"""The channels of an exported coordinator."""
 
 
 def describe_body(body: Body) -> BodyInterface:

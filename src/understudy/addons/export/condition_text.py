@@ -17,6 +17,10 @@ INDENT = "    "
 
 MOST_MS = 2**32
 """One more than the largest time, in ms, that an unsigned number of 32 bits holds."""
+C_WORDS = ("&&", "||", "!", "1", "0")
+PYTHON_WORDS = ("and", "or", "not ", "True", "False")
+C_BLOCKS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
+PYTHON_BLOCKS = ("if {}:", "elif {}:", "else:", "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +50,6 @@ class Spelling:
     real: Callable[[float], str]
     whole: Callable[[int], str]
     count: Callable[[int], str]
-
-
-C_WORDS = ("&&", "||", "!", "1", "0")
-PYTHON_WORDS = ("and", "or", "not ", "True", "False")
-
-
-C_BLOCKS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
-PYTHON_BLOCKS = ("if {}:", "elif {}:", "else:", "")
 
 
 class ExpressionText(ABC):

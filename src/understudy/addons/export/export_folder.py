@@ -23,6 +23,8 @@ from understudy.storage.json_text import format_json
 MANIFEST = "manifest.json"
 FORMAT = "understudy export"
 VERSION = 1
+FORMER = f".former{UNFINISHED}"
+"""The ending of the name that an earlier export has while a new one takes its place."""
 
 
 def make_manifest(
@@ -146,10 +148,6 @@ def _describe_automaton(
         "counters": list(automaton.counters),
         "timers": list(automaton.timers),
     }
-
-
-FORMER = f".former{UNFINISHED}"
-"""The ending of the name that an earlier export has while a new one takes its place."""
 
 
 def write_export(

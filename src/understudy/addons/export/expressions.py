@@ -18,6 +18,20 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+ARITHMETIC: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+COMPARED: Mapping[type[ast.cmpop], str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+COMPARISONS = tuple(COMPARED.values())
+FUNCTIONS: Mapping[str, tuple[str, int]] = {
+    "abs": ("abs", 1),
+    "absolute": ("abs", 1),
+    "sqrt": ("sqrt", 1),
+    "minimum": ("minimum", 2),
+    "maximum": ("maximum", 2),
+    "where": ("where", 3),
+    "isnan": ("isnan", 1),
+}
+"""NumPy's functions that are translated: the operation and the number of its operands."""
+
 
 @dataclass(frozen=True, slots=True)
 class Number:
@@ -52,20 +66,6 @@ class Operation:
 
 
 Expression: TypeAlias = Number | ReadingValue | Operation
-
-ARITHMETIC: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
-COMPARED: Mapping[type[ast.cmpop], str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
-COMPARISONS = tuple(COMPARED.values())
-FUNCTIONS: Mapping[str, tuple[str, int]] = {
-    "abs": ("abs", 1),
-    "absolute": ("abs", 1),
-    "sqrt": ("sqrt", 1),
-    "minimum": ("minimum", 2),
-    "maximum": ("maximum", 2),
-    "where": ("where", 3),
-    "isnan": ("isnan", 1),
-}
-"""NumPy's functions that are translated: the operation and the number of its operands."""
 
 
 class NotTranslatable(Exception):

@@ -13,6 +13,24 @@ from understudy.addons.recordings.recorded_table import RecordedTable
 from understudy.entry_points import READERS, list_entry_points, load_object
 from understudy.errors import SettingError
 
+CSV = "understudy.addons.recordings.table_files.read_csv"
+JSON_LINES = "understudy.addons.recordings.table_files.read_json_lines"
+MESSAGES = "understudy.addons.recordings.recorded_messages.read_messages"
+FOLDER = ""
+"""Stands for the end of the name of a folder."""
+BUILTIN_READERS: Mapping[str, str] = {
+    ".csv": CSV,
+    ".jsonl": JSON_LINES,
+    ".ndjson": JSON_LINES,
+    ".parquet": "understudy.addons.recordings.table_files.read_parquet",
+    ".mcap": MESSAGES,
+    ".bag": MESSAGES,
+    ".db3": MESSAGES,
+    FOLDER: MESSAGES,
+}
+"""The place of each built-in reader, by the end of the names of its files."""
+REMEDY = "let the entry point name a function from a path and a RecordingMap, or None, to a RecordedTable"
+
 
 class RecordingReader(Protocol):
     """A reader of recordings: a function from a file, and the mapping that says which columns are used, to a table.
@@ -26,26 +44,6 @@ class RecordingReader(Protocol):
     def __call__(self, path: Path, mapping: RecordingMap | None, /) -> RecordedTable:
         """Read a file."""
         ...
-
-
-CSV = "understudy.addons.recordings.table_files.read_csv"
-JSON_LINES = "understudy.addons.recordings.table_files.read_json_lines"
-MESSAGES = "understudy.addons.recordings.recorded_messages.read_messages"
-FOLDER = ""
-"""Stands for the end of the name of a folder."""
-
-BUILTIN_READERS: Mapping[str, str] = {
-    ".csv": CSV,
-    ".jsonl": JSON_LINES,
-    ".ndjson": JSON_LINES,
-    ".parquet": "understudy.addons.recordings.table_files.read_parquet",
-    ".mcap": MESSAGES,
-    ".bag": MESSAGES,
-    ".db3": MESSAGES,
-    FOLDER: MESSAGES,
-}
-"""The place of each built-in reader, by the end of the names of its files."""
-REMEDY = "let the entry point name a function from a path and a RecordingMap, or None, to a RecordedTable"
 
 
 def find_reader(path: Path | str) -> RecordingReader:

@@ -26,6 +26,8 @@ from understudy.records.reader import (
 )
 from understudy.records.team_reader import read_team_recording
 
+PLACE = ("x", "y", "heading")
+
 
 def read_recording_episodes(path: Path | str) -> list[Episode]:
     """Read the episodes of a recording.
@@ -84,9 +86,6 @@ def _list_presses(steps: Sequence[RecordedPress], ticks: int) -> list[EpisodePre
             presses[step.tick] = EpisodePress(step.tick, step.state, is_tested)
             is_tested = False  # a press ends testing
     return list(presses.values())
-
-
-PLACE = ("x", "y", "heading")
 
 
 def read_trace_episodes(path: Path | str) -> list[Episode]:

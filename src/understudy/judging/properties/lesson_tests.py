@@ -24,6 +24,7 @@ from understudy.storage.library_folder import make_file_stem, read_document
 NOBODY: Libraries = MappingProxyType({})
 MOST_NAMED = 3
 """The largest number of examples that a sentence names."""
+MOST_CHANGES = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,9 +231,6 @@ def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
         yield f"where it {was} as shown ({which}), it now {does}"
 
 
-MOST_CHANGES = 6
-
-
 def describe_test_result(result: LessonTestResult, former: str) -> Iterator[str]:
     """Yield sentences about a test result, the most serious first.
 
@@ -261,7 +259,7 @@ def describe_other_differences(result: LessonTestResult, former: str) -> Iterato
         watched = f"{result.replayed.overruled} of {result.replayed.watched} moments in which you watched"
         yield f"{watched}: it decides otherwise than it did"
     if result.replayed.changes:
-        yield _anew(result.replayed)
+        yield _describe_changes(result.replayed)
     if result.changed:
         run = "runs" if len(result.affected) == 1 else "run"
         yield f"changed since {former}" + (
@@ -277,14 +275,14 @@ def describe_failed_property(each: FailedProperty) -> str:
     return f"property fails: {each.result.tested}{why}"
 
 
-def _anew(replay: LessonReplay) -> str:
+def _describe_changes(replay: LessonReplay) -> str:
     """Describe the decisions that changed at moments in the second before presses."""
     total = sum(each.moments for each in replay.changes)
     changes = join_names(
         f"{each.now} instead of {each.formerly} in {each.state} ({each.moments})"
         for each in replay.changes[:MOST_CHANGES]
     )
-    return f"at {total} of {replay.before} moments before presses it decides anew: {changes}"
+    return f"at {total} of {replay.before} moments before presses it decides otherwise than before: {changes}"
 
 
 def find_regressions_since_saved(

@@ -70,7 +70,7 @@ def monitor_property(
         The longest run, s. None: that of the property, or the scenario's. An "always" property needs none: its time
         is the limit.
     also
-        What else observes the worlds, before the property does.
+        Further observers of the worlds, which look before that of the property.
     progress
         Function called repeatedly with the number of completed worlds and their total.
 
@@ -111,7 +111,7 @@ def find_longest_run(subject: Property) -> float | None:
 
 
 def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> Watch:
-    """Make what observes a property during a run; see `monitor_property` for the errors."""
+    """Make the observer of a property during a run; see `monitor_property` for the errors."""
     seconds = 0.0 if subject.seconds is None else subject.seconds
     start, always = subject.start, subject.kind is PropertyKind.ALWAYS
     to_goal = not isinstance(start, StoredMoment) and bool(start.seeds) and not always
@@ -144,7 +144,7 @@ def is_goal(condition: Condition) -> bool:
 
 
 class Watch(SuccessMonitor, ABC):
-    """What observes a property in B worlds, and decides which of them succeed by it.
+    """Observer of a property in B worlds, which decides which of them succeed by it.
 
     `failed` and `reached` are the ticks [B] at which the property failed, or what it demands was reached; -1 before.
     `over` are the worlds [B] about which nothing more can be learned. With `to_goal`, runs end at the scenario's goal.

@@ -27,6 +27,16 @@ FILE = "properties.toml"
 FORMAT, VERSION = "properties", 1
 HEAD = f'understudy = "{FORMAT}"\nversion = {VERSION}\n'
 MOST_SEEDS = 10_000_000
+CLAIMS = ("never", "always", "never_longer_than_s")
+CLAIM_KEYS: Mapping[PropertyKind, tuple[str, ...]] = MappingProxyType(
+    {
+        PropertyKind.NEVER: ("never",),
+        PropertyKind.ALWAYS: ("always", "within_s"),
+        PropertyKind.NEVER_LONGER: ("never_longer_than_s", "while"),
+        PropertyKind.PROGRESS: ("never_longer_than_s", "without"),
+    }
+)
+"""By the kind of a property, the keys of its condition and its time, as they are written."""
 
 
 class SeedRange(StrictStruct, frozen=True, kw_only=True):
@@ -54,18 +64,6 @@ class PropertyTable(StrictStruct, frozen=True, kw_only=True):
     never_longer_than_s: float | UnsetType = UNSET
     while_: str | UnsetType = field(default=UNSET, name="while")
     without: str | UnsetType = UNSET
-
-
-CLAIMS = ("never", "always", "never_longer_than_s")
-CLAIM_KEYS: Mapping[PropertyKind, tuple[str, ...]] = MappingProxyType(
-    {
-        PropertyKind.NEVER: ("never",),
-        PropertyKind.ALWAYS: ("always", "within_s"),
-        PropertyKind.NEVER_LONGER: ("never_longer_than_s", "while"),
-        PropertyKind.PROGRESS: ("never_longer_than_s", "without"),
-    }
-)
-"""By the kind of a property, the keys of its condition and its time, as they are written."""
 
 
 def load_properties(path: Path | str) -> tuple[Property, ...]:

@@ -40,6 +40,7 @@ LEASE_S = 1.0
 """The time for which an order holds after it was received, unless the team file says otherwise, s."""
 REMEMBERED = 8
 """The number of orders of which the run state of a leader is kept."""
+T = TypeVar("T")
 
 
 class SquadPlan(NamedTuple):
@@ -359,9 +360,6 @@ def _make_body(
     members = [Member(sorts.index(sort), rows[name], role) for name, sort, role in squad.members]
     first = groups[0][0]
     return SquadBody(squad.kind, Membership.from_squads([members]), [group for _, group in groups], first)
-
-
-T = TypeVar("T")
 
 
 def _decoded(messages: Sequence[bytes], decode: Callable[[bytes], T]) -> list[T]:

@@ -30,6 +30,8 @@ OrderId: TypeAlias = tuple[Count, Count]
 """An order: the term in which it was first given, and its number in that term."""
 Duty: TypeAlias = tuple[str, dict[str, str]]
 """A behavior and the target of each of its parameters."""
+UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError)
+"""What decoders raise; RecursionError, if the message is nested too deeply."""
 
 
 class MemberReport(msgspec.Struct, frozen=True, array_like=True):
@@ -93,10 +95,6 @@ class Orders(msgspec.Struct, frozen=True, array_like=True):
 
 class UnreadableMessage(Exception):
     """A message that is not of the given type."""
-
-
-UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError)
-"""What decoders raise; RecursionError, if the message is nested too deeply."""
 
 
 def pack_message(message: MemberReport | Orders) -> bytes:

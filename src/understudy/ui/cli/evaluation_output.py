@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from understudy.judging.comparison import Comparison
     from understudy.judging.evaluation import Evaluation
 
+PROBLEMS_SHOWN = 3
+
 
 def summarize_evaluation(
     judged: Evaluation,
@@ -147,9 +149,6 @@ def show_comparison(found: Comparison, names: tuple[str, str]) -> None:
         if pairs == "0":
             text = "in no world do both have it"
         out.print(f"  {escape(f'{measure:<19} {text}')}", soft_wrap=True)
-
-
-PROBLEMS_SHOWN = 3
 
 
 def show_problems(problems: Sequence[str]) -> None:

@@ -28,6 +28,9 @@ from understudy.storage.library_folder import LoadedLibrary, open_library
 from understudy.ui.cli.options import parse_bindings
 
 KIT_REMEDY = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
+MAIN = "forage"
+ALONE = "robot"
+"""Name of the sort of robots that have no scenario."""
 
 
 def find_optional_scenario(name: str | None) -> Scenario | None:
@@ -54,11 +57,6 @@ def load_kit(named: str) -> Kit:
 def make_world_kit(world: Scenario | BodyMaker) -> Kit:
     """Return the kit of a scenario, or that of the body that a function makes; SettingError if the body has none."""
     return make_scenario_kit(world) if isinstance(world, Scenario) else world.find_kit()
-
-
-MAIN = "forage"
-ALONE = "robot"
-"""Name of the sort of robots that have no scenario."""
 
 
 def open_library_with_notes(library: Path, kit: Kit) -> LoadedLibrary:

@@ -34,7 +34,6 @@ from understudy.ui.cli.named_inputs import (
 from understudy.ui.cli.options import WORLD
 
 if TYPE_CHECKING:
-    from understudy.model.library import Kit
     from understudy.records.reader import Recording
     from understudy.runtime.link import Program
     from understudy.runtime.team.team import Team

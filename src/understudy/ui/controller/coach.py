@@ -44,6 +44,12 @@ WHEN_SAID = {
 }
 AS_GOOD_S = 0.2
 """A reaction time so near to what the lesson has is no news: every other estimate is off by nearly as much."""
+OTHER_WORLDS = 4
+"""The number of further worlds that are searched for a situation if the present one does not have it."""
+SKIP_S = 60.0
+"""The longest stretch of a run that is skipped at once, s: less than a second of waiting."""
+SEARCHED_WORLDS = 40
+"""The number of further worlds that are searched for the situation in which an answer matters most."""
 
 
 class AdviceReport(NamedTuple):
@@ -205,10 +211,6 @@ class CoachController:
         self._question = question
 
 
-OTHER_WORLDS = 4
-"""The number of further worlds that are searched for a situation if the present one does not have it."""
-
-
 def set_up_advised_situation(trainer: Trainer, wanted: SituationSpec | None = None) -> SetupResult:
     """Set up the situation of advice or a finding (None: of the next advice that has one); nothing is recorded."""
     chosen = trainer.coach.next_place() if wanted is None else wanted
@@ -230,10 +232,6 @@ def pause_for_question(trainer: Trainer, question: Question) -> StatusMessage:
     return StatusMessage(f"{question.sentence} Space continues", "correction")
 
 
-SKIP_S = 60.0
-"""The longest stretch of a run that is skipped at once, s: less than a second of waiting."""
-
-
 @keep_status
 def skip_ahead(trainer: Trainer) -> StatusMessage:
     """Skip to the next moment at which the person is needed, and pause there; nothing is learned on the way."""
@@ -252,10 +250,6 @@ def skip_ahead(trainer: Trainer) -> StatusMessage:
         return StatusMessage(sentence)
     trainer.coach.question = skipped.question
     return StatusMessage(sentence, "correction")
-
-
-SEARCHED_WORLDS = 40
-"""The number of further worlds that are searched for the situation in which an answer matters most."""
 
 
 @keep_status

@@ -16,35 +16,6 @@ from textual.widgets import Static
 from understudy.model.plain_names import format_names
 
 NAMES = {"escape": "esc"}
-
-
-class QuestionDialog(ModalScreen[str]):
-    """A question with a key for each answer; it returns the key."""
-
-    CSS = """
-    QuestionDialog { align: center middle; background: transparent; }
-    QuestionDialog > Static { width: 62; max-width: 100%; height: auto; border: round ansi_default; padding: 1 2; }
-    """
-
-    def __init__(self, question: str, ways: Mapping[str, str]) -> None:
-        super().__init__()
-        self._question, self._ways = question, ways
-
-    def compose(self) -> ComposeResult:
-        """Lay out the question and its answers."""
-        text = Text(f"{format_names(self._question)}\n")
-        for key, way in self._ways.items():
-            text.append(f"\n{NAMES.get(key, key):>6}", "bold")
-            text.append(f"  {way}")
-        yield Static(text)
-
-    def on_key(self, event: events.Key) -> None:
-        """Close with an answer."""
-        if event.key in self._ways:
-            event.stop()
-            self.dismiss(event.key)
-
-
 HOW = """\
 Direct the robot with the keys of the states. It decides by itself from the first press on, and learns from \
 each press: press only where it does wrong, the state it should go to. A press records an example: what the \
@@ -101,6 +72,33 @@ LAST = """
 Angles: 0° is ahead, above 0 is to the left, below 0 to the right. Every press is on disk before it \
 counts: after a crash or a lost connection, the same command goes on where you were.
 """
+
+
+class QuestionDialog(ModalScreen[str]):
+    """A question with a key for each answer; it returns the key."""
+
+    CSS = """
+    QuestionDialog { align: center middle; background: transparent; }
+    QuestionDialog > Static { width: 62; max-width: 100%; height: auto; border: round ansi_default; padding: 1 2; }
+    """
+
+    def __init__(self, question: str, ways: Mapping[str, str]) -> None:
+        super().__init__()
+        self._question, self._ways = question, ways
+
+    def compose(self) -> ComposeResult:
+        """Lay out the question and its answers."""
+        text = Text(f"{format_names(self._question)}\n")
+        for key, way in self._ways.items():
+            text.append(f"\n{NAMES.get(key, key):>6}", "bold")
+            text.append(f"  {way}")
+        yield Static(text)
+
+    def on_key(self, event: events.Key) -> None:
+        """Close with an answer."""
+        if event.key in self._ways:
+            event.stop()
+            self.dismiss(event.key)
 
 
 def _help() -> Text:

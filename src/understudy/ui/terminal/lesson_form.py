@@ -29,6 +29,14 @@ from understudy.ui.controller.training_plan import (
     make_planned_lesson,
 )
 
+NEW = (
+    "Choose states (what it can do) and features (what it decides on): space selects, tab moves on, "
+    "ctrl+g begins, esc cancels. With a parameter such as A it is taught once and works for any target."
+)
+AGAIN = "Change the design: space selects, tab moves on, ctrl+g applies, esc cancels."
+REACTION_S = "0"
+CONSENT = "learn from silence: what I watch without pressing is right"
+
 
 class MultiSelect(OptionList):
     """A list of texts of which several can be selected."""
@@ -65,13 +73,6 @@ class MultiSelect(OptionList):
 
 
 Check = Callable[[LessonChoices], object]
-NEW = (
-    "Choose states (what it can do) and features (what it decides on): space selects, tab moves on, "
-    "ctrl+g begins, esc cancels. With a parameter such as A it is taught once and works for any target."
-)
-AGAIN = "Change the design: space selects, tab moves on, ctrl+g applies, esc cancels."
-REACTION_S = "0"
-CONSENT = "learn from silence: what I watch without pressing is right"
 
 
 class LessonForm(Screen[LessonChoices | None]):

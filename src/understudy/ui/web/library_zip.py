@@ -40,6 +40,12 @@ MOST_FILES = 1_000
 UNCHANGED = "nothing was changed"
 _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, ValueError, ZlibError)
 """What reading a zip raises where it is cut, broken, encrypted or packed in another way."""
+PATH = "/library.zip"
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Disposition": 'attachment; filename="library.zip"',
+    "X-Content-Type-Options": "nosniff",
+}
 
 
 def zip_library(folder: Path) -> bytes:
@@ -128,12 +134,6 @@ def _wrong(where: str, problem: str, remedy: str) -> FileError:
 
 Taken: TypeAlias = Literal["refuse", "replace", "keep"]
 """How to treat automata of which the library has a different one: refuse, replace, or keep the library's."""
-PATH = "/library.zip"
-HEADERS = {
-    "Cache-Control": "no-store",
-    "Content-Disposition": 'attachment; filename="library.zip"',
-    "X-Content-Type-Options": "nosniff",
-}
 
 
 class NameTaken(SessionError, json_type="AlreadyThere"):

@@ -30,6 +30,16 @@ from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.review import PropertyFieldsData
 
 VerdictName: TypeAlias = Literal["not tested", "holds", "fails", "undecided"]
+FIELDS = {
+    "": "name",
+    "never": "condition",
+    "always": "condition",
+    "while": "condition",
+    "without": "kind",
+    "within_s": "seconds",
+    "never_longer_than_s": "seconds",
+}
+"""By the key of a table, the field of the form, where it has another name."""
 
 
 class LibraryPropertyData(Data, frozen=True, kw_only=True):
@@ -187,18 +197,6 @@ class LibraryPropertyList:
             sentences=[] if result is None else list(describe_result(result)),
             stale=result is not None and (changed or name in self._outdated),
         )
-
-
-FIELDS = {
-    "": "name",
-    "never": "condition",
-    "always": "condition",
-    "while": "condition",
-    "without": "kind",
-    "within_s": "seconds",
-    "never_longer_than_s": "seconds",
-}
-"""By the key of a table, the field of the form, where it has another name."""
 
 
 def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from msgspec import UNSET, UnsetType
 from starlette.websockets import WebSocket
 
 from understudy import __version__
-from understudy.addons.export.targets.target_table import list_targets
 from understudy.addons.robots.team_network.team_watch import TeamWatch
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
@@ -37,6 +36,7 @@ from understudy.ui.web.places import PlacesData
 from understudy.ui.web.property_list import LibraryPropertiesData
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.views.exports import ExportTargetData, describe_export_targets
 from understudy.ui.web.views.library import LibraryData
 from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData
@@ -62,7 +62,7 @@ class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     key: str
     """The key that gives control back to this page after a lost connection."""
     has_control: bool
-    exports: list[str]
+    exports: list[ExportTargetData]
     """The targets that automata can be exported to."""
     scene: SceneData
     team: TeamData | UnsetType = UNSET
@@ -186,7 +186,7 @@ class StudioServer:
             version=__version__,
             key=viewer.key,
             has_control=has_control,
-            exports=list_targets(),
+            exports=describe_export_targets(),
             scene=scene,
             team=UNSET if self._team is None else self._team,
         )

@@ -57,6 +57,7 @@ EPISODE_COLUMNS = {
     "presses": "STRUCT(tick BIGINT, state VARCHAR, correction BOOLEAN, kind VARCHAR)[]",
 }
 """The columns of the table of episodes, but for statistics: LeRobot's own, then those of an Episode."""
+QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,9 +302,6 @@ def _list_changes(data: Demonstrations, part: _Part) -> list[dict[str, Any]]:
 def _write_json(path: Path, content: Mapping[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-
-
-QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 
 
 def summarize_columns(values: NDArray[np.generic]) -> Mapping[str, list[float] | list[int]]:

@@ -147,7 +147,7 @@ def _run_watched(run: BehaviorRun, watches: Sequence[_Watch]) -> None:
 
 
 class _WatchedTicks(Monitor):
-    """What lets watches look before each tick; worlds in which nothing more can happen end."""
+    """Observer that lets watches look before each tick, and ends worlds in which nothing more can happen."""
 
     def __init__(self, run: BehaviorRun, watches: Sequence[_Watch], limit_s: float) -> None:
         super().__init__(run.worlds)

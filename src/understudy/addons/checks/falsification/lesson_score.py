@@ -33,6 +33,8 @@ LEAST_FALL = 0.05
 """The smallest share of worlds that a behavior has to lose to be called worse."""
 SLOWER = 1.25
 """How many times as long a behavior takes to be called slower, in the worlds in which it works before and after."""
+AFTER_S, EVERY_S = 20.0, 2.0
+"""For how long the decisions of a robot that comes no nearer are looked at, and how often, s."""
 
 
 @dataclass(frozen=True)
@@ -199,10 +201,6 @@ def score_behavior(
     mistakes = tuple(mistake for each in results for mistake in each.mistakes)
     raised = np.concatenate([each.raised for each in results])
     return LessonScore(behavior, works, seconds, worlds.setup.describe_others(behavior), mistakes, raised)
-
-
-AFTER_S, EVERY_S = 20.0, 2.0
-"""For how long the decisions of a robot that comes no nearer are looked at, and how often, s."""
 
 
 def find_wrong_decisions(library: Library, setup: SessionSetup, score: LessonScore) -> WrongDecisions:

@@ -224,7 +224,7 @@ class NewWorlds:
 
 
 class _Approach(Monitor):
-    """What reads the value at which each agent raises a flag, and how near it comes before to where that was shown."""
+    """Observer of the value at which each agent raises a flag, and how near it was before to where that was shown."""
 
     def __init__(self, run: BehaviorRun, shown: ShownRange, *, stride: int) -> None:
         super().__init__(run.worlds, stride=stride)

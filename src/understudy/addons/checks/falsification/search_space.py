@@ -56,7 +56,7 @@ class PlacedGroup:
 
     @property
     def is_turned(self) -> bool:
-        """Whether the headings of the things are varied."""
+        """True if the search varies the headings of the things, too: they are robots."""
         return isinstance(self.things, RobotGroup)
 
     @property

@@ -215,9 +215,3 @@ def join_boxes(boxes: Sequence[int], axes: Sequence[Axis]) -> list[int]:
 def choose_vector(box: int, axes: Sequence[Axis]) -> tuple[float, ...]:
     """Choose a feature vector in a box, with present values where there are any."""
     return tuple(choose_value(next(part for _, part in axis.list_parts(box))) for axis in axes)
-
-
-def locate_vector(values: Sequence[float], axes: Sequence[Axis]) -> int:
-    """Return the box of the cell that contains a feature vector; 0 if it is outside the domain."""
-    bits = [axis.find_bit(value) for value, axis in zip(values, axes, strict=True)]
-    return sum(bits) if all(bits) else 0

@@ -32,6 +32,22 @@ RESERVED = frozenset(f"{KEYWORDS} {MACROS} {MEMBERS}".split())
 """Words of C and C++, and members of the structures of an export."""
 MOST = 255
 """How many states an automaton may have, and how many basic behaviors there may be: their indices are one byte."""
+BUILT_IN = """
+action alwaysfailure alwayssuccess asyncsequence behaviortree condition control decorator delay entryupdated fallback
+forcefailure forcesuccess ifthenelse include inverter isabsent isatleast isbelow isinarc isoffarc
+keeprunninguntilfailure loopbool loopdouble loopint loopstring manualselector measureelapsed parallel parallelall
+precondition reactivefallback reactivesequence repeat retryuntilsuccessful root runonce script scriptcondition sequence
+sequencewithmemory setblackboard skipunlessupdated sleep subtree switch switch2 switch3 switch4 switch5 switch6 timeout
+treenodesmodel unsetblackboard waitvalueupdated wasentryupdated
+"""
+"""The node types of BehaviorTree.CPP and of every export, and the tags of its files."""
+PORTS = "name id since now value limit low high elapsed true false commands readings config behavior node board tag"
+"""Names of ports and parameters that an export uses, and words of scripts."""
+NODE_FUNCTIONS = """
+absolute finite_or_absent greater is_absent lesser measure_elapsed or_rest read_label read_number register_nodes root
+to_label wrap write_readings understudy bt r
+"""
+WORDS = RESERVED | set(f"{BUILT_IN} {PORTS} {NODE_FUNCTIONS}".split())
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,24 +135,6 @@ def _check_constants(
                 remedy="rename one of the two",
             )
         names[constant.upper()] = what
-
-
-BUILT_IN = """
-action alwaysfailure alwayssuccess asyncsequence behaviortree condition control decorator delay entryupdated fallback
-forcefailure forcesuccess ifthenelse include inverter isabsent isatleast isbelow isinarc isoffarc
-keeprunninguntilfailure loopbool loopdouble loopint loopstring manualselector measureelapsed parallel parallelall
-precondition reactivefallback reactivesequence repeat retryuntilsuccessful root runonce script scriptcondition sequence
-sequencewithmemory setblackboard skipunlessupdated sleep subtree switch switch2 switch3 switch4 switch5 switch6 timeout
-treenodesmodel unsetblackboard waitvalueupdated wasentryupdated
-"""
-"""The node types of BehaviorTree.CPP and of every export, and the tags of its files."""
-PORTS = "name id since now value limit low high elapsed true false commands readings config behavior node board tag"
-"""Names of ports and parameters that an export uses, and words of scripts."""
-NODE_FUNCTIONS = """
-absolute finite_or_absent greater is_absent lesser measure_elapsed or_rest read_label read_number register_nodes root
-to_label wrap write_readings understudy bt r
-"""
-WORDS = RESERVED | set(f"{BUILT_IN} {PORTS} {NODE_FUNCTIONS}".split())
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,12 @@ CANCEL_S = 0.5
 """The time for which an answer to a request to cancel is awaited, in s; without one it is sent again."""
 CANCELS = 60
 """The largest number of requests to cancel one goal, for each time that it has to be cancelled."""
+GOAL_SUCCEEDED = 4
+"""The status of a goal that was reached (action_msgs/msg/GoalStatus)."""
+GOALS = 16
+"""The number of latest goals that are cancelled if they may still run."""
+GRACE_S = 5.0
+"""The time, in s, for which an answer is awaited after the time limit of a skill."""
 
 
 class Cancellation:
@@ -84,13 +90,6 @@ class Cancellation:
         if answer is not None and round == self._round:
             self.finish()
 
-
-GOAL_SUCCEEDED = 4
-"""The status of a goal that was reached (action_msgs/msg/GoalStatus)."""
-GOALS = 16
-"""The number of latest goals that are cancelled if they may still run."""
-GRACE_S = 5.0
-"""The time, in s, for which an answer is awaited after the time limit of a skill."""
 
 ReadFeedback: TypeAlias = Callable[[Any], Mapping[str, float]]
 

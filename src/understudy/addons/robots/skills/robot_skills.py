@@ -30,6 +30,9 @@ from understudy.sim.scenario.toml_decode import DecodeProblem
 from understudy.sim.skill_parts import ABORTED, MEANINGS, OUTCOMES, REJECTED, TIMED_OUT, name_outcome_reading
 from understudy.storage.json_text import encode_json
 
+TOPIC = "understudy/skills"
+"""The topic of records of skills, within the robot's namespace."""
+
 
 class Skill:
     """A skill of a robot file, with the client of its action or service; FileError if it does not fit its type."""
@@ -254,10 +257,6 @@ def make_skill_readings(name: str, skill: SkillSpec) -> Sequence[Reading]:
         ),
         *(Reading(name_feedback_reading(name, field), Continuous()) for field in skill.feedback),
     )
-
-
-TOPIC = "understudy/skills"
-"""The topic of records of skills, within the robot's namespace."""
 
 
 class SkillRecords:

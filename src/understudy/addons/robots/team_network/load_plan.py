@@ -33,6 +33,12 @@ FEW, DEPUTIES = 4, 2
 
 Each of them hears the reports of all members, so that traffic grows with their number.
 """
+RESERVED = "/*?#$"
+"""The signs that names must not have, because they are parts of keys."""
+LONGEST_TICK_S = SILENT_S / 2
+"""The longest tick, s: with a longer one, a leader that works would be taken for silent."""
+LEASE_TICKS = 3
+"""The number of ticks for which an order holds at least, so that a lost message ends none."""
 
 
 def choose_deputies(members: Sequence[str]) -> Sequence[str]:
@@ -237,14 +243,6 @@ def _make_plan(
 
 def _wrong(path: Path | str, place: str, problem: str, remedy: str) -> FileError:
     return FileError(path=path, place=place, problem=problem, remedy=remedy)
-
-
-RESERVED = "/*?#$"
-"""The signs that names must not have, because they are parts of keys."""
-LONGEST_TICK_S = SILENT_S / 2
-"""The longest tick, s: with a longer one, a leader that works would be taken for silent."""
-LEASE_TICKS = 3
-"""The number of ticks for which an order holds at least, so that a lost message ends none."""
 
 
 def check_robot_worlds(path: Path | str, team: TeamFile, files: Sequence[RobotFile]) -> None:

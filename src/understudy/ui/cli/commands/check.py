@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from understudy.sim.scenario.schema import Scenario
     from understudy.storage.library_folder import LoadedLibrary
 
+COLORS = {"error": "red", "warning": "yellow", "note": "dim"}
+
 
 def check_automata(options: CheckOptions) -> None:
     """Find what can go wrong with automata from their trees and examples."""
@@ -156,9 +158,6 @@ def _describe_cell(cell: FindingCell) -> dict[str, Any]:
     values = zip(cell.features, cell.at, strict=True)
     at = {str(bound): convert_to_plain(value, bound) for bound, value in values}
     return {"condition": cell.condition, "ranges": ranges, "at": at}
-
-
-COLORS = {"error": "red", "warning": "yellow", "note": "dim"}
 
 
 def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *, everything: bool) -> None:

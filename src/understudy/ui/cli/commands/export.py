@@ -50,9 +50,7 @@ from understudy.ui.cli.robot_connection import find_robots_file
 from understudy.ui.cli.world_libraries import find_fitting_world, open_all_libraries
 
 if TYPE_CHECKING:
-    from understudy.addons.export.body_interface import BodyInterface, RobotInterface
     from understudy.addons.export.hierarchy import Hierarchy
-    from understudy.model.library import Library
     from understudy.sim.scenario.schema import Scenario
 
 

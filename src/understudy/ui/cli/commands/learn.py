@@ -1,4 +1,4 @@
-"""What all commands do that learn from a lesson: predict, save, and print what was learned."""
+"""Learn from a lesson for any command that does: predict, save, and print what was learned."""
 
 from __future__ import annotations
 

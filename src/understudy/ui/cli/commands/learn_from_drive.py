@@ -39,10 +39,13 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.addons.recordings.drive_findings import DriveFindings, DrivePlace
-    from understudy.addons.recordings.recorded_drive import RecordedDrive
-    from understudy.addons.recordings.segment import Segmentation
     from understudy.model.features import BoundFeature
-    from understudy.model.library import Library
+
+WELL_REPEATED = 0.95
+"""The share of ticks from which on what was learned counts as a good copy of the driver."""
+TIME_IN_STATE = "time_in_state"
+MOST_QUESTIONS = 5
+"""The number of questions that are printed."""
 
 
 class OpenedDrives(NamedTuple):
@@ -218,13 +221,6 @@ def print_drive_report(report: DriveReport) -> None:
             f"Reaction time {report.reaction_s:g} s. {escape(report.reaction_evidence)}", soft_wrap=True
         )
     print_drive_findings(out, report.findings)
-
-
-WELL_REPEATED = 0.95
-"""The share of ticks from which on what was learned counts as a good copy of the driver."""
-TIME_IN_STATE = "time_in_state"
-MOST_QUESTIONS = 5
-"""The number of questions that are printed."""
 
 
 def parse_definition(text: str) -> tuple[str, dict[str, float]]:

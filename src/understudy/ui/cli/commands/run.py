@@ -40,7 +40,9 @@ from understudy.viz.run_gif import FrameBuffer, draw_run_gif
 if TYPE_CHECKING:
     from understudy.records.header import RunInfo
     from understudy.runtime.team.team import Team
-    from understudy.ui.cli.run_options import SimulatedRunOptions
+
+FRAMES_PER_S = 12.0
+IDLES = "idles"
 
 
 def run_behavior(options: SimulatedRunOptions) -> None:
@@ -50,10 +52,6 @@ def run_behavior(options: SimulatedRunOptions) -> None:
         run_in_scenario(options, opened)
     else:
         run_on_body(options, opened)
-
-
-FRAMES_PER_S = 12.0
-IDLES = "idles"
 
 
 def run_in_scenario(options: SimulatedRunOptions, world: Scenario) -> None:

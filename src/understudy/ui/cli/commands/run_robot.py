@@ -38,6 +38,8 @@ SHOWN_S = 0.1
 BY = "the terminal"
 NO_RECORDING = "none"
 """What `--record` is given in place of a file."""
+LOOK_S, LOOKS = 0.005, 40
+"""The time between two looks at a simulation's clock, s, and how many there are before keys are looked at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,10 +205,6 @@ def _keys() -> Iterator[Any]:
     finally:
         if old is not None:
             termios.tcsetattr(sys.stdin, termios.TCSADRAIN, old)
-
-
-LOOK_S, LOOKS = 0.005, 40
-"""The time between two looks at a simulation's clock, s, and how many there are before keys are looked at."""
 
 
 class LiveRun:

@@ -33,7 +33,6 @@ from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.library import check_folder
 
 if TYPE_CHECKING:
-    from understudy.addons.robots.team_network.team_watch import TeamWatch
     from understudy.addons.robots.twin import Ground
     from understudy.model.library import Kit
     from understudy.ui.cli.studio_options import PageOptions, RobotsStudioOptions, StudioOptions

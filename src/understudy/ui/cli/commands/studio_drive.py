@@ -41,7 +41,6 @@ from understudy.ui.web.recording_app import serve_recording
 from understudy.ui.web.views.library import check_folder
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from understudy.addons.recordings.recorded_drive import RecordedDrive

@@ -18,6 +18,7 @@ COMMANDS, HERE = f"{CLI}.commands", f"{CLI}.old_spellings"
 HELP = ("--help", "-h")
 AUTOMATON = "automaton"
 DATA_TARGETS = (None, "lerobot", "minari")
+SPELLINGS = {"mapping": "--map", "scenario": "SCENARIO"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +74,6 @@ def _find_target(arguments: Sequence[str]) -> str | None:
             return value or "".join(arguments[place + 1 : place + 2])
     return None
 
-
-SPELLINGS = {"mapping": "--map", "scenario": "SCENARIO"}
 
 RobotFileOption: TypeAlias = Annotated[Path | None, typer.Option("--robot", metavar="FILE")]
 TeamFileOption: TypeAlias = Annotated[Path | None, typer.Option("--team", metavar="FILE")]

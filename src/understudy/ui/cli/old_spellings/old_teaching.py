@@ -47,6 +47,10 @@ OF_RECORDINGS = (
 """Options that only apply to recordings."""
 OF_PRESSES = ("presses", "states", "flags", "parameters", "session")
 """Options that only apply to recordings with presses; traces have several robots, too."""
+OF_REVIEWS = ("mapping", "driver", "trust", "targets")
+"""Options that only apply to recordings."""
+OF_DRIVES = ("name", "behaviors", "features")
+"""Options that apply to recordings and to a drive."""
 
 
 class OldLearnOptions(OldOptions, DriveOptions):
@@ -126,12 +130,6 @@ def old_teach(options: OldTeachOptions) -> None:
         teach(options)
     else:
         teach_on_robot(choose_options(RobotTeachOptions, options, file=file))
-
-
-OF_REVIEWS = ("mapping", "driver", "trust", "targets")
-"""Options that only apply to recordings."""
-OF_DRIVES = ("name", "behaviors", "features")
-"""Options that apply to recordings and to a drive."""
 
 
 class OldStudioOptions(OldOptions, StudioOptions, DrivingOptions):

@@ -21,6 +21,23 @@ NameListField: TypeAlias = Annotated[list[NameField], Meta(max_length=200)]
 Targets: TypeAlias = dict[NameField, NameField]
 """The target of each parameter."""
 Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
+_FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)\])?`")
+_SENTENCES = (
+    (r"`str` of length <= (\d+)", "{what} has more than {0} characters: shorten it"),
+    (r"`str` of length >= 1", "{what} is empty: give one"),
+    (
+        r"`str` matching regex .*",
+        "{what} has a character that cannot be printed, such as a line break: leave it out",
+    ),
+    (r"`array` of length <= (\d+)", "{what} must be at most {0}: leave some out"),
+    (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller number"),
+    (r"`int` >= 0|`int.*, got .*", "{what} is not a whole number of 0 or more"),
+    (r"`float` > 0.0", "{what} must be above 0"),
+    (r"`float` <= ([\d.]+)", "{what} is more than {0}: give a smaller number"),
+    (r"`float.*, got .*", "{what} is not a number"),
+)
+_CALLED = {"to": "the new name", "reaction_s": "the reaction time", "within_s": "the time"}
+_KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
 
 
 class Data(Struct, frozen=True):
@@ -42,25 +59,6 @@ class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
     id: Id
     by_anyone: ClassVar[bool] = False
     """Whether a page that is not in control may send this message."""
-
-
-_FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)\])?`")
-_SENTENCES = (
-    (r"`str` of length <= (\d+)", "{what} has more than {0} characters: shorten it"),
-    (r"`str` of length >= 1", "{what} is empty: give one"),
-    (
-        r"`str` matching regex .*",
-        "{what} has a character that cannot be printed, such as a line break: leave it out",
-    ),
-    (r"`array` of length <= (\d+)", "{what} must be at most {0}: leave some out"),
-    (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller number"),
-    (r"`int` >= 0|`int.*, got .*", "{what} is not a whole number of 0 or more"),
-    (r"`float` > 0.0", "{what} must be above 0"),
-    (r"`float` <= ([\d.]+)", "{what} is more than {0}: give a smaller number"),
-    (r"`float.*, got .*", "{what} is not a number"),
-)
-_CALLED = {"to": "the new name", "reaction_s": "the reaction time", "within_s": "the time"}
-_KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
 
 
 def describe_schema_error(problem: str) -> str | None:

@@ -1,5 +1,5 @@
 /* Runs $name on the rows of conformance.csv, and compares what it decides with what Understudy decided.
-   With --trace it prints what it decided instead, for `understudy why --exported`. */
+   With --trace it prints what it decided instead, for `understudy export why`. */
 
 #include <stdio.h>
 #include <stdlib.h>

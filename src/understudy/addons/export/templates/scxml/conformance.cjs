@@ -1,5 +1,5 @@
 // Runs $file on the rows of conformance.csv, and compares what it decides with what Understudy decided.
-// With --trace it prints what it decided instead, for `understudy why --exported`.
+// With --trace it prints what it decided instead, for `understudy export why`.
 
 "use strict";
 const { readFileSync } = require("node:fs");

@@ -1,5 +1,5 @@
 // Runs machine.json on the rows of conformance.csv, and compares what it decides with what Understudy decided.
-// With --trace it prints what it decided instead, for `understudy why --exported`.
+// With --trace it prints what it decided instead, for `understudy export why`.
 
 import { readFileSync } from "node:fs";
 import { createActor } from "xstate";
