@@ -20,6 +20,8 @@ from understudy.storage.library_schema import (
     FeatureDoc,
     GoalDoc,
     GoDoc,
+    KitDoc,
+    KitFeatureDoc,
     LabelDoc,
     LessonDoc,
     OptionsDoc,
@@ -96,6 +98,7 @@ PARTS: Parts = {
             "record": "all readings around the presses, from which features added later get their values",
             "outcomes": "properties that start at a stored moment, which `understudy test` checks",
             "goal": "what success means in any world; left out where a flag or the world's goal counts",
+            "kit": "what the automaton needs that no program defines, as one from a recording or a table",
         },
     ),
     OptionsDoc: (
@@ -219,6 +222,25 @@ PARTS: Parts = {
             "within_s": "its time, s; positive; left out for the kind `never` only",
             "limit_s": "for how long it runs, s; positive; by default the scenario's limit",
             "world": "name of the scenario in which it was chosen; it is measured in any",
+        },
+    ),
+    KitDoc: (
+        "Kit",
+        {
+            "features": "the features that are readings",
+            "behaviors": "the command of each behavior by channel; empty in a table",
+            "targets": "the names of the targets",
+        },
+    ),
+    KitFeatureDoc: (
+        "Feature of a kit",
+        {
+            "name": "its name",
+            "reading": "the reading that is its value; that of its own name if empty",
+            "of": "the parameter whose target the reading is about; null if it is about the robot",
+            "kind": "kind of its values, as that of a [feature](#feature)",
+            "unit": "unit of its values",
+            "doc": "what it means, for people",
         },
     ),
     BuiltDoc: (

@@ -139,7 +139,7 @@ COMMANDS = {
     "more": "--json",
     "prepare": "[SCENARIO]... --json",
     "rebuild": "[NAME]... --library -l --world -w --kit --json",
-    "replay": "FILE.mcap --library -l --behavior --bind -b --kit --json",
+    "replay": "FILE --map --library -l --behavior --bind -b --kit --json",
     "review": "FILE... --driver --trust --map --name -n --behaviors --features --targets --agent -a --library -l "
     "--kit --host --port --token --no-browser --json",
     "robots": "",

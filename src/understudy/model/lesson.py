@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from understudy.model.library import Kit
+
 
 class ExampleKind(StrEnum):
     """The way in which an example was recorded.
@@ -221,6 +223,9 @@ class Lesson:
     goal
         What success means in any world: a property of seeded worlds, whose seeds are not used. None: that a flag is
         raised, or that the goal of the world is reached.
+    kit
+        What the automaton needs and no program defines, such as the readings and commands of a recording. None: all
+        that it uses is defined elsewhere.
 
     Raises
     ------
@@ -234,6 +239,7 @@ class Lesson:
     record: ReadingLog = field(default_factory=ReadingLog)
     properties: tuple[Property, ...] = ()
     goal: Property | None = None
+    kit: Kit | None = None
 
     def __post_init__(self) -> None:
         if self.automaton.transitions:

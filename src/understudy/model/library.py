@@ -9,10 +9,10 @@ from typing import Self, TypeVar
 
 from understudy.errors import DefinitionError, RecursionRefused, UnknownName
 from understudy.model.automaton import Automaton
-from understudy.model.behaviors import Behavior
+from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target, format_bound_name
 from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
-from understudy.model.features import AnyFeature, FlagFeature
+from understudy.model.features import AnyFeature, Feature, FlagFeature
 from understudy.model.lesson import Lesson
 
 KitPart = TypeVar("KitPart", AnyFeature, Behavior, Target)
@@ -384,3 +384,42 @@ def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
             names[each] = None
             waiting += [state.behavior or "" for state in library.taught[each].automaton.states]
     return tuple(names)
+
+
+def make_lesson_kit(automaton: Automaton, library: Library) -> Kit:
+    """Make the kit of what an automaton uses that a recording or a table alone defines.
+
+    Parameters
+    ----------
+    automaton
+        The automaton.
+    library
+        The library of the recording. A behavior that it lacks commands nothing, as those of tables.
+
+    Returns
+    -------
+    Kit
+        The body's features, the behaviors and the targets that the automaton uses, in the order of the automaton.
+    """
+    features = {
+        each.feature.name: each.feature for each in automaton.features if isinstance(each.feature, Feature)
+    }
+    behaviors = [each.behavior for each in automaton.states if each.behavior is not None]
+    targets = [
+        target
+        for binding in (
+            *(each.binding for each in automaton.features),
+            *(each.binding for each in automaton.states),
+        )
+        for target in binding.values()
+        if target not in automaton.parameters
+    ]
+    return Kit.from_parts(
+        *features.values(),
+        *(
+            library.kit.behaviors.get(name, Behavior(name, Command()))
+            for name in dict.fromkeys(behaviors)
+            if name not in library.taught
+        ),
+        *map(Target, dict.fromkeys((*targets, *library.kit.targets))),
+    )

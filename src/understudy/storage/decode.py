@@ -7,7 +7,7 @@ from math import nan
 
 from msgspec import UnsetType
 
-from understudy.errors import DefinitionError, join_names
+from understudy.errors import join_names
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.example_source import ExampleSource
@@ -24,11 +24,12 @@ from understudy.model.features import (
 from understudy.model.learner_options import Learner, LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Kit
-from understudy.model.property import RAISED, Property, PropertyKind, SeededWorlds, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.model.value_kinds import Categorical, Kind, Toroidal, parse_kind
+from understudy.storage.decode_properties import decode_properties, make_goal
 from understudy.storage.encode import EVERY_STATE, format_feature_label
 from understudy.storage.json_text import JsonSteps, Source
+from understudy.storage.kit_parts import decode_kit
 from understudy.storage.library_schema import (
     AbsentDoc,
     ArcDoc,
@@ -39,13 +40,11 @@ from understudy.storage.library_schema import (
     DocValue,
     ExampleDoc,
     FeatureDoc,
-    GoalDoc,
     GoDoc,
     LabelDoc,
     LessonDoc,
     NodeDoc,
     OptionsDoc,
-    OutcomeDoc,
     RecordDoc,
     SourceDoc,
     StayDoc,
@@ -53,7 +52,7 @@ from understudy.storage.library_schema import (
     WatchedDoc,
     WatchedSourceDoc,
 )
-from understudy.storage.packing import unpack_bytes, unpack_column
+from understudy.storage.packing import unpack_column
 
 OWN: dict[str, type[OwnFeature]] = {
     "flag": FlagFeature,
@@ -143,61 +142,17 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
     for index, group in enumerate(doc.watched):
         examples += reader.decode_watched(group, (*here, "watched", index))
     with source.convert_errors((*here, "goal")):
-        goal = None if isinstance(doc.goal, UnsetType) else _make_goal(doc.goal)
+        goal = None if isinstance(doc.goal, UnsetType) else make_goal(doc.goal)
     with source.convert_errors((*here, "options")):
         return Lesson(
             automaton,
             tuple(sorted(examples, key=lambda example: example.number)),
             _options(doc.options),
             record,
-            _outcomes(doc, source, (*here, "outcomes")),
+            decode_properties(doc, source, (*here, "outcomes")),
             goal,
+            None if isinstance(doc.kit, UnsetType) else decode_kit(doc.kit, source, (*here, "kit")),
         )
-
-
-MOST_BYTES = 1 << 27
-"""The largest size in bytes of a part of a property, so that a damaged file cannot fill the memory."""
-
-
-def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Property, ...]:
-    properties = []
-    for index, each in enumerate([] if isinstance(doc.outcomes, UnsetType) else doc.outcomes):
-        parts = []
-        for key in ("scenario", "snapshot"):
-            try:
-                parts.append(unpack_bytes(getattr(each, key), most=MOST_BYTES))
-            except ValueError as error:
-                remedy = "restore an earlier version, or the line as it was"
-                raise source.make_error(
-                    (*here, index, key), f"it cannot be unpacked: {error}", remedy
-                ) from error
-        with source.convert_errors((*here, index)):
-            scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
-            limit_s = None if isinstance(each.limit_s, UnsetType) else each.limit_s
-            start = StoredMoment(each.world, scenario, snapshot, each.agent, each.sort, limit_s)
-            properties.append(_make_property(each, start, Binding(each.targets)))
-    return tuple(properties)
-
-
-def _make_property(doc: OutcomeDoc, start: StoredMoment, targets: Binding) -> Property:
-    seconds = None if isinstance(doc.within_s, UnsetType) else doc.within_s
-    if not isinstance(doc.flag, UnsetType):
-        kind, what = PropertyKind.ALWAYS, f"{doc.flag}{RAISED}"
-    elif isinstance(doc.kind, UnsetType) or isinstance(doc.what, UnsetType):
-        raise DefinitionError(
-            what="a property",
-            problem="it has neither a flag nor a kind",
-            remedy="give it a flag, or kind and what",
-        )
-    else:
-        kind, what = doc.kind, doc.what
-    return Property(kind=kind, what=what, seconds=seconds, start=start, targets=targets)
-
-
-def _make_goal(doc: GoalDoc) -> Property:
-    seconds, limit_s = (None if isinstance(each, UnsetType) else each for each in (doc.within_s, doc.limit_s))
-    start = SeededWorlds(doc.world, (), limit_s)
-    return Property(kind=doc.kind, what=doc.what, seconds=seconds, start=start, name=doc.name)
 
 
 def _options(doc: OptionsDoc) -> LearnerOptions:

@@ -26,6 +26,7 @@ from understudy.model.library import Kit, TrainedAutomaton
 from understudy.storage.decode import decode_automaton, decode_lesson, decode_trees
 from understudy.storage.encode import encode_automaton, encode_built_trees, encode_lesson, sort_examples
 from understudy.storage.json_text import Source, find_repeated_key, format_document, parse_json_path
+from understudy.storage.kit_parts import decode_kit
 from understudy.storage.library_schema import (
     FORMAT,
     MIGRATIONS,
@@ -104,6 +105,19 @@ def _document(taught: TrainedAutomaton) -> Document:
         lesson=None if lesson is None else encode_lesson(lesson),
         built=None if unlearned else encode_built_trees(taught),
     )
+
+
+KIT = b'"kit":'
+"""How the key begins of what a lesson of a recording needs."""
+
+
+def decode_recorded_kit(data: bytes, *, path: Path | str) -> Kit | None:
+    """Decode what the lesson of a document needs that no program defines; None if there is nothing."""
+    document, source = parse_document(data, path=path)
+    lesson = document.lesson
+    if lesson is None or isinstance(lesson.kit, msgspec.UnsetType):
+        return None
+    return decode_kit(lesson.kit, source, ("lesson", "kit"))
 
 
 def decode_document(

@@ -20,6 +20,7 @@ from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree
 from understudy.model.value_kinds import Categorical
+from understudy.storage.kit_parts import encode_kit
 from understudy.storage.library_schema import (
     AbsentDoc,
     ArcDoc,
@@ -117,6 +118,7 @@ def encode_lesson(lesson: Lesson) -> LessonDoc:
         ]
         or UNSET,
         goal=UNSET if lesson.goal is None else _goal_doc(lesson.goal),
+        kit=UNSET if lesson.kit is None else encode_kit(lesson.kit),
     )
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from unicodedata import normalize
@@ -20,7 +20,15 @@ from urllib.parse import unquote
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
 from understudy.model.library import Kit, Library, TrainedAutomaton, check_trained_automaton
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
-from understudy.storage.document import Learn, LoadedDocument, decode_document, encode_document
+from understudy.storage.document import (
+    KIT,
+    Learn,
+    LoadedDocument,
+    decode_document,
+    decode_recorded_kit,
+    encode_document,
+)
+from understudy.storage.kit_parts import join_kits
 
 LONGEST = 150
 """The largest number of bytes of a file name without its ending; all file systems allow 255."""
@@ -134,8 +142,11 @@ def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> Lo
 def open_each_automaton(folder: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedLibrary:
     """Open each file of a library separately, so that one invalid file does not hide the others.
 
-    Without a kit, features are taken from the documents, so that any library can be viewed.
+    Without a kit, features are taken from the documents, so that any library can be viewed. To a kit, what lessons of
+    recordings need is added.
     """
+    if kit is not None:
+        kit = join_kits([(kit, ""), *find_recorded_kits(folder)])
     library = Library(Kit.from_parts() if kit is None else kit)
     opened: dict[str, LoadedDocument] = {}
     problems: dict[str, UnderstudyError] = {}
@@ -147,6 +158,26 @@ def open_each_automaton(folder: Path | str, kit: Kit | None, learn: Learn | None
         except UnderstudyError as error:
             problems[path.name] = error
     return LoadedLibrary(Path(folder), library, opened, problems)
+
+
+def find_recorded_kits(folder: Path | str) -> list[tuple[Kit, Path]]:
+    """Find what lessons of a folder need that no program defines, with their files.
+
+    A file that is invalid has none, and automata of the folder are no basic behaviors.
+    """
+    found = []
+    for path in list_documents(folder):
+        try:
+            data = path.read_bytes() if path.is_file() else b""
+            if KIT in data and (kit := decode_recorded_kit(data, path=path)) is not None:
+                automata = {other.stem for other in list_documents(folder)}
+                behaviors = {
+                    name: each for name, each in kit.behaviors.items() if make_file_stem(name) not in automata
+                }
+                found.append((replace(kit, behaviors=behaviors), path))
+        except (OSError, UnderstudyError):
+            continue  # whoever opens the file is told what is wrong
+    return found
 
 
 def list_documents(folder: Path | str) -> list[Path]:

@@ -186,8 +186,27 @@ class GoalDoc(DocStruct, kw_only=True):
     world: str
 
 
+class KitFeatureDoc(DocStruct, kw_only=True):
+    """A feature that is a reading: of its own name unless `reading` says otherwise, and about the parameter `of`."""
+
+    name: DocName
+    reading: str = ""
+    of: str | None = None
+    kind: str
+    unit: str = ""
+    doc: str = ""
+
+
+class KitDoc(DocStruct, omit_defaults=False, kw_only=True):
+    """What a lesson of a recording needs: features, the command by channel of each behavior, and targets."""
+
+    features: list[KitFeatureDoc]
+    behaviors: dict[str, dict[str, float]]
+    targets: list[DocName]
+
+
 class LessonDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """The lesson: options, examples and record; `outcomes`, its properties, and `goal` are left out without any."""
+    """The lesson: options, examples and record; `outcomes`, its properties, `goal` and `kit` are left out if none."""
 
     options: OptionsDoc
     examples: list[ExampleDoc]
@@ -195,6 +214,7 @@ class LessonDoc(DocStruct, omit_defaults=False, kw_only=True):
     record: RecordDoc
     outcomes: list[OutcomeDoc] | UnsetType = UNSET
     goal: GoalDoc | UnsetType = UNSET
+    kit: KitDoc | UnsetType = UNSET
 
 
 class GoDoc(DocStruct, tag_field="node", tag="go", kw_only=True):

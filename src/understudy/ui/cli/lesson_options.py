@@ -41,7 +41,8 @@ MapFile: TypeAlias = Annotated[
     typer.Option(
         "--map",
         metavar="MAP.toml",
-        help="Which columns, or fields of messages, of a recording are readings and commands.",
+        help="Which columns, or fields of messages, of a recording are readings and commands: a mapping file, or the "
+        "file of the robot.",
     ),
 ]
 DrivenBehaviors: TypeAlias = Annotated[

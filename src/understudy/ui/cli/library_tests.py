@@ -54,10 +54,13 @@ class LibraryTestResult:
 
 
 class LibrarySetting(NamedTuple):
-    """The folder of a library, the world that it fits, and the kit that was named, if any."""
+    """The folder of a library, the world that it fits, and the kit that was named, if any.
+
+    Without a world, it needs only what the lessons of its recordings have.
+    """
 
     folder: Path
-    world: str
+    world: str | None
     kit: str | None
 
 
@@ -147,7 +150,8 @@ def _open(setting: LibrarySetting) -> _OpenLibraries:
     known = open_team_libraries(where, None, setting.folder, parts)
     places = list(_places(where, setting.folder, parts, known))
     formers = {place: _former(place, of) for place, of in places}
-    return _OpenLibraries(setting.world if scenario is None else where.name, known, places, formers)
+    world = setting.world or "no world" if scenario is None else where.name
+    return _OpenLibraries(world, known, places, formers)
 
 
 def _test_lesson(setting: LibrarySetting, of: tuple[Path, str]) -> dict[str, Any]:

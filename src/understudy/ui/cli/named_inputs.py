@@ -13,9 +13,10 @@ from understudy.entry_points import KITS, load_instance
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton
+from understudy.model.features import Feature
 from understudy.model.library import Kit, Library
 from understudy.runtime.link import link
-from understudy.sim.kit import make_scenario_kit
+from understudy.sim.kit import list_readings, make_scenario_kit
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import (
     Libraries,
@@ -39,9 +40,14 @@ def find_optional_scenario(name: str | None) -> Scenario | None:
     return found if isinstance(found, Scenario) else None
 
 
-def find_kit(named: str | None, world: str) -> Kit:
-    """Return the kit named as MODULE:NAME or by its entry point, or that of the world if `named` is None."""
-    return make_world_kit(find_world(world)) if named is None else load_kit(named)
+def find_kit(named: str | None, world: str | None) -> Kit:
+    """Return the kit named as MODULE:NAME or by its entry point, or that of the world if `named` is None.
+
+    Without a world, the kit is empty: what lessons of recordings need is added when their library is opened.
+    """
+    if named is not None:
+        return load_kit(named)
+    return Kit.from_parts() if world is None else make_world_kit(find_world(world))
 
 
 def choose_kit(named: str | None, world: Scenario | BodyMaker) -> Kit:
@@ -165,6 +171,29 @@ def assign_run(
         parameters = known[sort].parameters(found)
         bound = {name: target for name, target in bound.items() if name in parameters}
     link(known[sort], found, bound)
+    if isinstance(world, Scenario):
+        _refuse_other_readings(known[sort], found, world)
     return RunAssignment(
         known, sort, found, bound, dict.fromkeys(list_running_sorts(known, sort, found), (found, bound))
     )
+
+
+def _refuse_other_readings(library: Library, name: str, scenario: Scenario) -> None:
+    """Refuse a world that lacks readings or targets that an automaton learned from a recording needs."""
+    taught = library.taught.get(name)
+    kit = None if taught is None or taught.lesson is None else taught.lesson.kit
+    if kit is None:
+        return
+    offered, targets = {each.name for each in list_readings(scenario)}, make_scenario_kit(scenario).targets
+    readings = [each.reading for each in kit.features.values() if isinstance(each, Feature) and each.reading]
+    missing = [each for each in readings if each not in offered] + [
+        each for each in kit.targets if each not in targets
+    ]
+    if missing:
+        raise SettingError(
+            where="command line",
+            setting="SCENARIO",
+            problem=f"is {scenario.name!r}, whose robots have no {join_names(missing)}: {name!r} was learned from a "
+            "recording or a table",
+            remedy="name a world whose robots have them, or run it over a recording: understudy replay FILE",
+        )

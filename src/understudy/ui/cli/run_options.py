@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from understudy.ui.cli.lesson_options import MapFile
 from understudy.ui.cli.options import (
     LIBRARY,
     BehaviorName,
@@ -105,17 +106,21 @@ class RobotRunOptions(RunOptions):
 class ReplayOptions(RunOptions):
     """Decide again over a recording, and show where decisions differ.
 
-    The exit code is 1 if any differs.
+    The exit code is 1 if any differs. Over a recording of another program (CSV, bags and others), an automaton runs on
+    its readings, and the ticks of the driver are counted that it repeats.
 
     [dim]understudy run --record run.mcap[/], then [dim]understudy replay run.mcap --library corrected[/]
+
+    [dim]understudy replay drive.csv --map map.toml --library mine[/]
     """
 
     recording: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE.mcap", help="Recording of a run, simulated or real.", show_default=False
+            metavar="FILE", help="Recording of a run, simulated or real, or of a drive.", show_default=False
         ),
     ]
+    mapping: MapFile = None
     library: Annotated[
         Path | None,
         typer.Option(

@@ -13,7 +13,12 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import list_builtin_scenarios
 from understudy.sim.team.libraries import collect_libraries, load_type_libraries
-from understudy.storage.library_folder import LoadedLibrary, list_documents, open_each_automaton
+from understudy.storage.library_folder import (
+    LoadedLibrary,
+    find_recorded_kits,
+    list_documents,
+    open_each_automaton,
+)
 from understudy.ui.cli.library_data import list_sort_folders, open_documents
 from understudy.ui.cli.named_inputs import find_kit, find_optional_scenario
 from understudy.ui.cli.options import WORLD, LibraryOptions
@@ -87,6 +92,27 @@ def find_misfits(folder: Path, scenario: Scenario) -> dict[str, UnderstudyError]
     except UnderstudyError as error:  # squads whose members know different things by one name
         return {str(folder): error}
     return find_problems(folder, listings, scenario)
+
+
+def choose_library_world(folder: Path, world: str | None, kit: str | None) -> str | None:
+    """Choose the world that a library is opened for, or None if it needs none.
+
+    That is the named one; none if a kit is named, or if the lessons of its recordings say all that its automata use;
+    or else the first built-in scenario that fits.
+    """
+    if world is not None or kit is not None or _needs_recordings_only(folder):
+        return world
+    return find_fitting_world(folder)
+
+
+def _needs_recordings_only(folder: Path) -> bool:
+    """Return whether all automata of a folder can run with what the lessons of their recordings have."""
+    if not find_recorded_kits(folder) or list_sort_folders(folder):
+        return False
+    listing = open_each_automaton(folder, Kit.from_parts(), lambda _: {})
+    return not listing.problems and all(
+        _find_unresolved_name(listing.library, name) is None for name in listing.opened
+    )
 
 
 def find_fitting_world(folder: Path) -> str:

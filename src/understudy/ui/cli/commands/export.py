@@ -47,7 +47,11 @@ from understudy.ui.cli.named_inputs import choose_kit, find_kit, find_optional_s
 from understudy.ui.cli.options import parse_bindings
 from understudy.ui.cli.output import format_count, make_console
 from understudy.ui.cli.robot_connection import find_robots_file
-from understudy.ui.cli.world_libraries import find_fitting_world, open_all_libraries
+from understudy.ui.cli.world_libraries import (
+    choose_library_world,
+    find_fitting_world,
+    open_all_libraries,
+)
 
 if TYPE_CHECKING:
     from understudy.addons.export.hierarchy import Hierarchy
@@ -62,9 +66,9 @@ def open_library_to_export(
     Without a world, the first built-in scenario that fits is taken, or the kit alone if one is named. The same goes for
     a function that makes a body: it has no scenario.
     """
-    named = world or (find_fitting_world(folder) if kit is None else None)
+    named = choose_library_world(folder, world, kit)
     where = find_optional_scenario(named)
-    library, name = _open_library(folder, name, where, find_kit(kit, named or ""))
+    library, name = _open_library(folder, name, where, find_kit(kit, named))
     if where is None:
         return library, name, describe_kit(library)
     if _is_for_coordinators(library):

@@ -24,7 +24,7 @@ from understudy.addons.recordings.segmentation_report import DriveReport, make_d
 from understudy.addons.recordings.split_states import split_state
 from understudy.errors import SettingError, UnderstudyError, UnknownName
 from understudy.judging.run_header import is_trace
-from understudy.model.library import Kit, Library
+from understudy.model.library import Kit, Library, make_lesson_kit
 from understudy.records.reader import has_own_header, read_recording
 from understudy.training.lesson_design import parse_feature
 from understudy.ui.cli.commands.learn import learn_lesson
@@ -49,23 +49,29 @@ MOST_QUESTIONS = 5
 
 
 class OpenedDrives(NamedTuple):
-    """Drives of one driver joined to one, the library whose behaviors may explain it, and the places of the robot."""
+    """Drives of one driver joined to one, the library whose behaviors may explain it, and the places of the robot.
+
+    `is_defined` is True if a program defines the kit, and False if it is of the recording alone.
+    """
 
     drive: RecordedDrive
     library: Library
     places: NDArray[np.float64] | None
+    is_defined: bool
 
 
 class SegmentedDrive(NamedTuple):
     """A segmented drive, the library whose behaviors explain it, and the features that decisions depend on, if named.
 
-    `places` are those of the robot at each tick [T, 2], m, if they are known.
+    `places` are those of the robot at each tick [T, 2], m, if they are known. `is_defined` is True if a program defines
+    the kit, and False if it is of the recording alone.
     """
 
     found: Segmentation
     library: Library
     features: list[BoundFeature] | None
     places: NDArray[np.float64] | None
+    is_defined: bool
 
 
 def learn_drive(options: LearnDriveOptions) -> None:
@@ -92,7 +98,7 @@ def say_omissions(drive: RecordedDrive) -> Iterator[None]:
 
 def make_drive_lesson(drive: SegmentedDrive, asked: DriveOptions, *, driver: str) -> DriveLesson:
     """Make the lesson of one driver."""
-    return to_lesson(
+    made = to_lesson(
         drive.found,
         name=asked.name or "driven",
         driver=driver,
@@ -101,12 +107,17 @@ def make_drive_lesson(drive: SegmentedDrive, asked: DriveOptions, *, driver: str
         targets=parse_targets(asked.targets),
         reaction_s=asked.reaction,
     )
+    if drive.is_defined:
+        return made
+    return replace(
+        made, lesson=replace(made.lesson, kit=make_lesson_kit(made.lesson.automaton, made.library))
+    )
 
 
 def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
     """Read the drives of one driver, and find the library whose behaviors may explain them."""
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
-    opened = [OpenedDrives(*_open(path, asked, mapping)) for path in paths]
+    opened = [_open(path, asked, mapping) for path in paths]
     if len(opened) == 1:
         return opened[0]
     places = [each.places for each in opened if each.places is not None]
@@ -114,12 +125,13 @@ def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
         join_drives([each.drive for each in opened]),
         opened[0].library,
         np.concatenate(places) if len(places) == len(opened) else None,
+        opened[0].is_defined,
     )
 
 
 def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions) -> SegmentedDrive:
     """Find what may explain drives, and segment them; `path` is the first file, for errors."""
-    drive, library, places = opened
+    drive, library, places, is_defined = opened
     library, defined = define_behaviors(library, drive, asked.define or ())
     named = parse_names(asked.behaviors)
     candidates = make_candidates(library, drive, None if named is None else [*named, *defined])
@@ -134,14 +146,13 @@ def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions)
     # The readings say nothing about features of the automaton itself, such as the time in a state.
     sensed = [each for each in features or () if not each.is_own]
     found = apply_splits(segment(drive, candidates, features=sensed), asked.split or ())
-    return SegmentedDrive(found, library, features, places)
+    return SegmentedDrive(found, library, features, places, is_defined)
 
 
-def _open(
-    path: Path, asked: DriveOptions, mapping: RecordingMap | None
-) -> tuple[RecordedDrive, Library, NDArray[np.float64] | None]:
+def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> OpenedDrives:
     """Read a drive, find the library whose behaviors may explain it, and where the robot was."""
     places: NDArray[np.float64] | None
+    is_defined = True
     if mapping is None and is_trace(path):
         drive, kit, places = _open_trace(path, asked)
     elif mapping is None and path.suffix.lower() == ".mcap" and has_own_header(path):
@@ -151,10 +162,12 @@ def _open(
         drive = read_recorded_drive(path, mapping)
         places = find_places(drive)
         behaviors = {} if mapping is None else mapping.behaviors
-        kit = make_drive_kit(drive, behaviors) if asked.kit is None else find_kit(asked.kit, WORLD)
+        world = None if mapping is None else mapping.world
+        is_defined = asked.kit is not None or world is not None
+        kit = find_kit(asked.kit, world) if is_defined else make_drive_kit(drive, behaviors)
     if asked.library is not None and asked.library.is_dir():
-        return drive, open_behavior_library(None, asked.library, kit), places
-    return drive, Library(kit), places
+        return OpenedDrives(drive, open_behavior_library(None, asked.library, kit), places, is_defined)
+    return OpenedDrives(drive, Library(kit), places, is_defined)
 
 
 def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit, NDArray[np.float64]]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from understudy.learning.csv_table import read_lesson_table
+from understudy.model.library import Kit, Library, make_lesson_kit
 from understudy.ui.cli.lesson_options import LearnTableOptions
 from understudy.ui.cli.loading import import_on_call
 from understudy.ui.cli.options import parse_names
@@ -14,4 +17,4 @@ def learn_table(options: LearnTableOptions) -> None:
     """Learn an automaton's transition functions from a table of examples."""
     options.check_name()
     lesson = read_lesson_table(options.table, name=options.name, flags=parse_names(options.flags))
-    learn_lesson(lesson, options)
+    learn_lesson(replace(lesson, kit=make_lesson_kit(lesson.automaton, Library(Kit.from_parts()))), options)

@@ -8,10 +8,18 @@ from understudy.ui.cli.loading import import_on_call
 from understudy.ui.cli.run_options import ReplayOptions
 
 decide_again = import_on_call("understudy.ui.cli.commands.run_replay:decide_again")
+replay_drive = import_on_call("understudy.ui.cli.commands.replay_drive:replay_drive")
 
 
 def replay_recording(options: ReplayOptions) -> None:
-    """Decide again over a recording, and show where decisions differ; exit with code 1 if any does."""
+    """Decide again over a recording, and show where decisions differ; exit with code 1 if any does.
+
+    Over the recording of another program, run an automaton and count the ticks of the driver that it repeats.
+    """
+    is_own = options.recording.suffix.lower() == ".mcap" and options.mapping is None
+    if options.recording.exists() and not is_own:
+        replay_drive(options)
+        return
     recording = read_recording(options.recording)
     _check_taught(recording, options)
     decide_again(recording, options)

@@ -18,7 +18,7 @@ from understudy.ui.cli.library_options import LibraryTestOptions
 from understudy.ui.cli.library_tests import LibrarySetting, LibraryTestResult, test_library
 from understudy.ui.cli.options import LIBRARY, WORLD
 from understudy.ui.cli.output import format_count, make_console
-from understudy.ui.cli.world_libraries import find_fitting_world
+from understudy.ui.cli.world_libraries import choose_library_world
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,7 +35,9 @@ def run_library_tests(options: LibraryTestOptions) -> None:
     library = options.folder or options.same or LIBRARY
     list_documents(library)  # a folder that is not there is the first thing to say
     failing = _list_failures(options.failures)
-    named = options.world or (find_fitting_world(library) if options.kit is None else WORLD)
+    named = choose_library_world(library, options.world, options.kit)
+    if options.kit is not None:
+        named = named or WORLD
     result = test_library(
         LibrarySetting(library, named, options.kit), failing, jobs=options.jobs, quiet=options.as_json
     )
