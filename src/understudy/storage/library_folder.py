@@ -69,6 +69,9 @@ def normalize_name(name: str) -> str:
 
 
 VERSIONS = "versions"
+_DOCUMENT = re.compile(rb'"automaton"\s*:\s*\{')
+"""What the beginning of an automaton's document has, and no other JSON file of ours."""
+_BEGINNING = 4096
 _VERSION = re.compile(r"(\d{4,})(?: (\d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d))?\.json")
 
 
@@ -154,6 +157,19 @@ def list_documents(folder: Path | str) -> list[Path]:
     folder = Path(folder)
     with convert_os_errors(folder, "opening the library"):
         return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
+
+
+def count_automata(folder: Path | str) -> int:
+    """Count the documents of automata in a folder by how they begin; 0 if it cannot be read."""
+    try:
+        return sum(map(_begins_as_document, Path(folder).glob("[!.]*.json")))
+    except OSError:
+        return 0
+
+
+def _begins_as_document(path: Path) -> bool:
+    with path.open("rb") as file:
+        return _DOCUMENT.search(file.read(_BEGINNING)) is not None
 
 
 def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
