@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from math import inf
 from pathlib import Path
@@ -10,9 +11,10 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-from understudy.errors import SettingError
+from understudy.errors import SettingError, UnderstudyError
 from understudy.storage.library_folder import count_automata
 from understudy.ui.cli.loading import import_on_call
+from understudy.ui.cli.near_libraries import describe_near_libraries
 from understudy.ui.cli.options import LIBRARY
 
 OPTION = "--library"
@@ -50,6 +52,21 @@ class LibraryCommand(TyperCommand):
         """Collect the parts of the usage line, with the library as the first argument."""
         options, *arguments = super().collect_usage_pieces(ctx)
         return [options, "[LIBRARY]", *arguments]
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; where the library is not there, an error also says which ones lie near."""
+        try:
+            return super().invoke(ctx)
+        except UnderstudyError as error:
+            library = ctx.params.get("library")
+            about = library is not None and re.match(
+                rf"(.* folder )?{re.escape(str(library))}[: ]", str(error)
+            )
+            if about and not Path(library).exists():
+                command = " ".join(["understudy", *ctx.command_path.split()[1:]])
+                for note in describe_near_libraries(library, command):
+                    error.add_note(note)
+            raise
 
     def _find_library(self, positional: Sequence[str], folder: Path) -> int | None:
         """Return which of the arguments names the library, or None; `folder` is the library if none does.

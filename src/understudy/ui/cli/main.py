@@ -225,12 +225,13 @@ def _of_typer(error: Exception) -> bool:
 
 def report_error(error: UnderstudyError) -> int:
     """Print the error on stderr, and with `--json` as an object on stdout; return its exit code."""
-    typer.echo(f"Error: {error}", err=True)
+    message = ". ".join([str(error), *getattr(error, "__notes__", ())])
+    typer.echo(f"Error: {message}", err=True)
     if "--json" in sys.argv or "--format json" in " ".join(sys.argv).replace("=", " "):
-        print_json({"error": {"type": error.json_type, "message": str(error), **_fields(error)}})
+        print_json({"error": {"type": error.json_type, "message": message, **_fields(error)}})
     return error.exit_code
 
 
 def _fields(error: UnderstudyError) -> dict[str, Any]:
     plain = (str, int, float, tuple, list, type(None))
-    return {key: value for key, value in vars(error).items() if isinstance(value, plain)}
+    return {key: value for key, value in vars(error).items() if isinstance(value, plain) and key[0] != "_"}

@@ -8,6 +8,7 @@ from rich.markup import escape
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.library_data import open_listings, summarize_automaton
 from understudy.ui.cli.library_options import ListOptions
+from understudy.ui.cli.near_libraries import describe_near_libraries
 from understudy.ui.cli.output import format_count, format_saved_time, make_console, make_table
 
 
@@ -42,6 +43,8 @@ def list_automata(options: ListOptions) -> None:
         )
         if rows:
             out.print(made)
+        for note in [] if rows or problems else describe_near_libraries(options.library, "understudy list"):
+            out.print(note, markup=False, soft_wrap=True)
         for problem in problems.values():
             make_console(err=True).print(f"[red]Cannot be opened:[/] {escape(problem)}", soft_wrap=True)
     raise typer.Exit(2 if problems else 0)
