@@ -168,7 +168,7 @@ COMMANDS = {
     "team push": "--library -l TEAM --json",
     "team status": "TEAM --json",
     "team stop": "--name TEAM --json",
-    "test": "--library -l --world -w --failures --jobs -j --kit --json",
+    "test": "--library -l --world -w --failures --jobs -j --strict --kit --json",
     "validate": "[NAME]... --library -l --world -w --kit --json",
     "why": "RUN --time -t --agent -a --library -l --world -w --kit --json",
     "worlds": "[SCENARIO] --json",

@@ -197,6 +197,9 @@ class LibraryTestOptions(CommandOptions):
     jobs: Annotated[
         int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes to share the tests.")
     ] = 1
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Fail, too, if a property is undecided: its worlds are too few.")
+    ] = False
     kit: KitName = None
 
 

@@ -39,7 +39,8 @@ def run_library_tests(options: LibraryTestOptions) -> None:
         print_json(result)
     else:
         _show(result, make_console())
-    raise typer.Exit(0 if result.works else 1)
+    undecided = any(row["verdict"] == "undecided" for row in result.properties)
+    raise typer.Exit(0 if result.works and not (options.strict and undecided) else 1)
 
 
 def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:
