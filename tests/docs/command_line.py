@@ -30,6 +30,21 @@ changed; 70 a fault in Understudy itself.
 The library of a command, which is the folder `library` by default, is named by an argument or by `--library`, as you
 like: `understudy show demo/library goto` and `understudy show goto --library demo/library` are the same.
 
+`python -m understudy` is the same as `understudy`, where no command of that name is found.
+
+## Completion by the shell
+
+`understudy --install-completion` lets the shell in which it is typed (bash, zsh or fish) complete commands, options and
+their values by the tab key, from the next shell on. To see what it would add, or to put it into a file of your own:
+
+| shell | what prints the lines to add |
+|---|---|
+| bash | `_UNDERSTUDY_COMPLETE=source_bash understudy` |
+| zsh | `_UNDERSTUDY_COMPLETE=source_zsh understudy` |
+| fish | `_UNDERSTUDY_COMPLETE=source_fish understudy` |
+
+## Names
+
 Names are printed as they are typed and as files have them, such as `rotate_left` and `distance_to(A)`. The studio and
 the terminal trainer say *turn left* and *distance to A*.
 """

@@ -93,7 +93,7 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     ],
 }  # fmt: skip
 COMMANDS = {
-    "": "--version --debug",
+    "": "--version --debug --install-completion --show-completion",
     "advise": "NAME --bind -b --most --library -l --world -w --kit --json",
     "bench": "--json",
     "bench crowding": "--json",

@@ -130,7 +130,7 @@ class CommandGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the arguments; without any, print the help and end with exit code 2."""
-        if not args:
+        if not args and not ctx.resilient_parsing:  # a shell that completes a word wants no help
             typer.echo(ctx.get_help())
             ctx.exit(2)
         return super().parse_args(ctx, args)

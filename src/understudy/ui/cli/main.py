@@ -187,7 +187,7 @@ def make_command_line() -> typer.Typer:
         cls=CommandLine,
         rich_markup_mode="rich",
         pretty_exceptions_enable=False,
-        add_completion=False,
+        add_completion=True,  # of shells: --install-completion and --show-completion
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Start with understudy demo. Every command has --help, and --json for programs.\n"
         "The others, rarely needed, are listed by understudy more.",
