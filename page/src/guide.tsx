@@ -3,11 +3,12 @@
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "./button";
 import { usePanel, useStudio, useTour } from "./context";
+import { nameStateKey } from "./keyname";
 import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
 import { isThere, STEPS, chooseDirection, type Moment, type Tour } from "./tour";
-import { className, toDegrees, hasKeys, keyName, plain } from "./words";
+import { className, toDegrees, hasKeys, plain } from "./words";
 
 interface TourStep {
   text: string;
@@ -153,7 +154,7 @@ function describePress(next: State, direction: string, place: string): string {
 
 /** A state with its key; where there is no keyboard, without. */
 function describeState(state: State): string {
-  return hasKeys() ? `${keyName(state)}, ${plain(state.name)}` : plain(state.name);
+  return hasKeys() ? `${nameStateKey(state)}, ${plain(state.name)}` : plain(state.name);
 }
 
 /** A ring around what to press. */

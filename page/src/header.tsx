@@ -4,6 +4,7 @@ import { useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "./button";
 import { useStudio } from "./context";
 import { ControlSelect } from "./fields";
+import { KeyName } from "./keyname";
 import { TimeControls } from "./timecontrols";
 import { className, plain } from "./words";
 
@@ -134,7 +135,7 @@ function ModeSwitch() {
           onClick={() => void (tries !== each && studio.ask({ do: "toggle_mode" }))}
         >
           {each ? "Try" : "Teach"}
-          {tries !== each && <kbd>T</kbd>}
+          {tries !== each && <KeyName place="KeyT" />}
         </ControlButton>
       ))}
     </div>

@@ -1,5 +1,6 @@
-/** The keys: what each does while no text field has the focus. */
+/** The keys: what each does, by its place on the keyboard, while no text field has the focus. */
 
+import { keyboard, placeOf, readShortcut } from "./keyboard";
 import { listenTo } from "./listen";
 import type { Arrow, State } from "./protocol";
 import type { Studio } from "./studio";
@@ -19,47 +20,62 @@ export function listenToKeys(studio: Studio): () => void {
   const listener = (event: KeyboardEvent): void => {
     if (act(studio, event)) event.preventDefault();
   };
+  void keyboard.ask();
   return listenTo(globalThis, { keydown: listener });
 }
 
 /** Whether the key did something here. */
 function act(studio: Studio, event: KeyboardEvent): boolean {
   const target = event.target instanceof Element ? event.target : document.body;
-  if (event.isComposing || target.closest(TYPES) !== null) return false;
-  if (event.ctrlKey || event.metaKey) return undoes(studio, event);
+  if (event.isComposing) return false;
+  const meant = keyboard.learn(event);
+  if (target.closest(TYPES) !== null) return false;
+  if (event.ctrlKey || event.metaKey) return !event.altKey && undoes(studio, event); // with Alt: AltGr in Windows
   if (event.altKey || target.closest("select") !== null) return false; // letters and digits choose in it
-  if (event.shiftKey && event.code.startsWith("Digit")) return chooses(studio, event);
+  const place = keyboard.place(event);
+  if (event.shiftKey && place.startsWith("Digit") && keyboard.digit(event) === null)
+    return chooses(studio, place);
   if (event.key in ARROWS && target.closest(OWN_ARROWS) !== null) return false;
   if ((event.key === " " || event.key === "Enter") && target.closest(OWN_SPACE) !== null) return false;
-  const state = studio.session?.states.find((each) => leads(event, each));
+  const state = studio.session?.states.find((each) => leads(event, place, each));
   if (state !== undefined) {
+    if (studio.session?.states.some(({ key }) => meant !== null && placeOf(key) === meant))
+      return renames(studio, event);
     if (!event.repeat) void studio.press(state.name, event.timeStamp);
     return true;
   }
-  return !event.repeat && commands(studio, event);
+  return !event.repeat && commands(studio, event, place);
 }
 
-function leads(event: KeyboardEvent, state: State): boolean {
+function leads(event: KeyboardEvent, place: string, state: State): boolean {
   if (event.key in ARROWS) return state.arrow === ARROWS[event.key];
-  return event.key === state.key && state.key !== "";
+  if (event.shiftKey && !place.startsWith("Digit")) return false;
+  return place !== "" && place === placeOf(state.key);
 }
 
-function commands(studio: Studio, event: KeyboardEvent): boolean {
-  switch (event.key) {
-    case "t":
-    case "T":
+/** Say that the keys of the buttons were not those of this keyboard: the key that was pressed is another's by its place. */
+function renames(studio: Studio, { key }: KeyboardEvent): boolean {
+  const text = `On this keyboard ${key.toUpperCase()} is at another place than the buttons said. They name the keys anew: press again.`;
+  studio.say({ text, tone: "error" });
+  return true;
+}
+
+function commands(studio: Studio, event: KeyboardEvent, place: string): boolean {
+  switch (place === "" ? event.key : (event.shiftKey ? "Shift" : "") + place) {
+    case "KeyT":
+    case "ShiftKeyT":
       void studio.ask({ do: "toggle_mode" });
       return true;
     case " ":
       void studio.ask({ do: "pause", paused: !(studio.status?.paused ?? false) });
       return true;
-    case "F":
+    case "ShiftKeyF":
       void studio.ask({ do: "skip" });
       return true;
-    case "G":
+    case "ShiftKeyG":
       void studio.ask({ do: "next_situation" });
       return true;
-    case ".":
+    case "Period":
       void studio.ask({ do: "step" });
       return true;
     case "Enter":
@@ -71,15 +87,15 @@ function commands(studio: Studio, event: KeyboardEvent): boolean {
 }
 
 function undoes(studio: Studio, event: KeyboardEvent): boolean {
-  const key = event.key.toLowerCase();
-  if (key === "z") void studio.ask({ do: event.shiftKey ? "redo" : "undo" });
-  else if (key === "y") void studio.ask({ do: "redo" });
+  const letter = readShortcut(event);
+  if (letter === "z") void studio.ask({ do: event.shiftKey ? "redo" : "undo" });
+  else if (letter === "y") void studio.ask({ do: "redo" });
   else return false;
   return true;
 }
 
-function chooses(studio: Studio, event: KeyboardEvent): boolean {
-  const agent = Number(event.code.slice(5)) - 1;
+function chooses(studio: Studio, place: string): boolean {
+  const agent = Number(place.slice(5)) - 1;
   if (agent < 0 || agent >= (studio.scene?.robots ?? 0)) return false;
   void studio.ask({ do: "select_agent", agent });
   return true;

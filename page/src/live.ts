@@ -1,12 +1,13 @@
 /** Real robots: the page says that it is there, stops them on Escape, and lets them move while a key is held. */
 
+import { keyboard } from "./keyboard";
 import { TYPES } from "./keys";
 import { listenTo } from "./listen";
 import type { Studio } from "./studio";
 import { makeTimer } from "./timer";
 
-/** The key that is held where robots move only while one is. */
-export const HOLD = "h";
+/** The place of the key that is held where robots move only while one is. */
+export const HOLD = "KeyH";
 const EVERY_MS = 150;
 
 export class Live {
@@ -44,10 +45,10 @@ export class Live {
       const typing = event.target instanceof Element && event.target.closest(`select, ${TYPES}`) !== null;
       // Beside these the system may keep to itself that the key was let go.
       if (event.ctrlKey || event.metaKey || event.altKey) this.hold(false);
-      else if (event.key.toLowerCase() === HOLD && !typing && !event.repeat) this.hold(true);
+      else if (keyboard.place(event) === HOLD && !typing && !event.repeat) this.hold(true);
     };
     const up = (event: KeyboardEvent): void => {
-      if (event.key.toLowerCase() === HOLD) this.hold(false);
+      if (keyboard.place(event) === HOLD) this.hold(false);
     };
     const away = (): void => this.hold(false);
     const ends = [

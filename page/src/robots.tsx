@@ -4,6 +4,7 @@ import { useState } from "preact/hooks";
 import { Button, ControlButton } from "./button";
 import { Confirm } from "./confirm";
 import { useStudio } from "./context";
+import { KeyName } from "./keyname";
 import { HOLD } from "./live";
 import type { RobotStatus } from "./protocol";
 import { className } from "./words";
@@ -44,7 +45,7 @@ export function Robots() {
           onPointerLeave={() => studio.live.hold(false)}
           onPointerCancel={() => studio.live.hold(false)}
         >
-          Hold to move <kbd>{HOLD.toUpperCase()}</kbd>
+          Hold to move <KeyName place={HOLD} />
         </ControlButton>
       )}
       {asks ? (

@@ -2,8 +2,11 @@
 
 import { ControlButton } from "./button";
 import { useStudio } from "./context";
+import { keyboard } from "./keyboard";
+import { nameStateKey } from "./keyname";
+import { useNews } from "./news";
 import type { Session, State } from "./protocol";
-import { className, keyName, plain } from "./words";
+import { className, plain } from "./words";
 
 export function StateButtons() {
   const studio = useStudio();
@@ -49,7 +52,8 @@ function StateButton({ state, session }: { state: State; session: Session }) {
   const studio = useStudio();
   const active = session.state === state.name;
   const waiting = session.pending === state.name || studio.asking === state.name;
-  const key = keyName(state);
+  useNews(keyboard.news);
+  const key = nameStateKey(state);
   return (
     <ControlButton
       class={className("flex", "state", active && "on", waiting && "waiting", state.flag && "flag")}

@@ -3,6 +3,7 @@
 import { ControlButton } from "./button";
 import { useQuietStudio, useStudio } from "./context";
 import { ControlSelect } from "./fields";
+import { KeyName } from "./keyname";
 import { useSlowNews } from "./news";
 import type { SpeedFactor } from "./protocol";
 import { formatTime } from "./words";
@@ -25,14 +26,14 @@ export function TimeControls() {
         {paused ? "▶" : "❚❚"} <kbd>␣</kbd>
       </ControlButton>
       <ControlButton disabled={!paused} aria-label="Step" title="One tick" request={{ do: "step" }}>
-        Step <kbd>.</kbd>
+        Step <KeyName place="Period" />
       </ControlButton>
       {!real && studio.session !== null && studio.session.mode !== "training" && (
         <ControlButton
           title="Skip to where it needs you: nothing is learned on the way"
           request={{ do: "skip" }}
         >
-          Skip <kbd>F</kbd>
+          Skip <KeyName place="KeyF" shift />
         </ControlButton>
       )}
       {!real && <SpeedSelect />}

@@ -1,10 +1,9 @@
 /** How values, times and keys are written. */
 
-import type { Arrow, Feature } from "./protocol";
+import type { Feature } from "./protocol";
 
 export const ABSENT = "–";
 const DIGITS: Readonly<Record<string, number>> = { m: 2, s: 1, px: 0 };
-const ARROWS: Readonly<Record<Arrow, string>> = { up: "↑", down: "↓", left: "←", right: "→" };
 
 export function isAngle(feature: Feature): boolean {
   return feature.kind === "toroidal" && (feature.unit === "rad" || feature.unit === "°");
@@ -47,10 +46,6 @@ export function formatMoment(moment: string | null): string {
 /** 1 example, 2 examples. */
 export function formatCount(count: number, what: string): string {
   return `${count} ${what}${count === 1 ? "" : "s"}`;
-}
-
-export function keyName(state: { key: string; arrow: Arrow | null }): string {
-  return state.arrow === null ? state.key : ARROWS[state.arrow];
 }
 
 /** A call, or a name of several words, unless it stands in quotes or is part of a path. */

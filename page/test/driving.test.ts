@@ -52,7 +52,7 @@ test("while driving the stick is sent all the time, and shown when it moves", ()
   hear(true);
   vi.advanceTimersByTime(1000);
   expect([sent.length, moves]).toEqual([20, 0]);
-  driving.stick.press("ArrowUp");
+  driving.stick.press({ key: "ArrowUp", code: "ArrowUp", shiftKey: false });
   driving.steer();
   expect(sent.at(-1)).toEqual({ do: "steer", right: 0, up: 1, held: [] });
   expect(moves).toBe(1);
@@ -116,7 +116,7 @@ test("what has ended looks at nothing", () => {
 
 test("the robot rests when the window is left, and the drive pauses when the page is hidden", () => {
   hear(true);
-  driving.stick.press("ArrowUp");
+  driving.stick.press({ key: "ArrowUp", code: "ArrowUp", shiftKey: false });
   driving.stick.pushed.add(0);
   driving.steer();
   expect(sent.at(-1)).toEqual({ do: "steer", right: 0, up: 1, held: [0] });

@@ -78,6 +78,17 @@ test("it moves while the key is held, and the studio is told all the while", () 
   expect(asked.map((each) => "holding" in each && each.holding)).toEqual([true, true, true, false]);
 });
 
+test.each([
+  ["Dvorak", "d", "KeyH", true],
+  ["Caps Lock", "H", "KeyH", true],
+  ["Dvorak, its own H", "h", "KeyJ", false],
+])("the key that is held is known by its place: %s", (_, name, code, holds) => {
+  key("keydown", name, { code });
+  expect(live.holding).toBe(holds);
+  key("keyup", name.toUpperCase(), { code });
+  expect(live.holding).toBe(false);
+});
+
 const LETS_GO: [string, () => void][] = [
   ["another window", () => page.dispatchEvent(new Event("blur"))],
   ["another tab", () => document.dispatchEvent(new Event("visibilitychange"))],

@@ -2,6 +2,11 @@ import { expect, test } from "vitest";
 import { readGamepad, readPointer, combineArrows, Stick, maskLean } from "../src/driving/stick";
 import type { Arrow } from "../src/protocol";
 
+/** A key that types a letter, at the place where a US keyboard has another, or the same. */
+function key(name: string, code = name.length === 1 ? `Key${name.toUpperCase()}` : name) {
+  return { key: name, code, shiftKey: false };
+}
+
 function pad(pressed: number[], axes: number[] = [0, 0]): Pick<Gamepad, "axes" | "buttons"> {
   const buttons = Array.from({ length: 17 }, (_, index) => {
     const down = pressed.includes(index);
@@ -56,8 +61,8 @@ test("a gamepad's buttons hold behaviors, and Start pauses", () => {
 
 test("the pointer comes before the gamepad, and that before the keys", () => {
   const stick = new Stick();
-  expect(stick.press("ArrowUp")).toBe(true);
-  expect(stick.press("x")).toBe(false);
+  expect(stick.press(key("ArrowUp"))).toBe(true);
+  expect(stick.press(key("x"))).toBe(false);
   expect(stick.lean).toEqual({ right: 0, up: 1 });
   stick.pad = readGamepad(pad([], [-0.5, 0]));
   expect(stick.lean).toEqual({ right: -0.5, up: 0 });
@@ -66,18 +71,18 @@ test("the pointer comes before the gamepad, and that before the keys", () => {
   stick.pulled = null;
   stick.pad = readGamepad(pad([]));
   expect(stick.lean).toEqual({ right: 0, up: 1 });
-  stick.lift("ArrowUp");
+  stick.lift(key("ArrowUp"));
   expect(stick.lean).toEqual({ right: 0, up: 0 });
 });
 
 test("what is held comes from keys, buttons on the page and the gamepad, and is there", () => {
   const stick = new Stick();
-  stick.press("S");
+  stick.press(key("S"));
   stick.pushed.add(0);
   stick.pad = readGamepad(pad([1]));
   expect(stick.listHeld(3)).toEqual([0, 1, 2]);
   expect(stick.listHeld(2)).toEqual([0, 1]);
-  stick.lift("s");
+  stick.lift(key("s"));
   expect(stick.listHeld(3)).toEqual([0, 2]);
   stick.release();
   expect(stick.listHeld(3)).toEqual([]);
@@ -88,4 +93,14 @@ test("a stick does not lean where nothing is commanded", () => {
   expect(maskLean({ right: -0.5, up: 0.5 }, ways)).toEqual({ right: -0.5, up: 0.5 });
   expect(maskLean({ right: 0.5, up: -0.5 }, ways)).toEqual({ right: 0.5, up: 0 });
   expect(maskLean({ right: 0.5, up: -0.5 }, [])).toEqual({ right: 0, up: 0 });
+});
+
+test("behaviors are held by the place of their keys", () => {
+  const stick = new Stick();
+  stick.press(key("q", "KeyA")); // AZERTY
+  stick.press(key("e", "KeyD")); // Dvorak
+  stick.press(key("a", "KeyQ"));
+  expect(stick.listHeld(6)).toEqual([0, 2]);
+  stick.lift(key("Q", "KeyA")); // Caps Lock was pressed meanwhile
+  expect(stick.listHeld(6)).toEqual([2]);
 });

@@ -14,6 +14,7 @@ from typing import Any
 import typer
 from tests.docs.pages import ROOT
 
+from understudy.ui.cli.library_argument import LibraryCommand
 from understudy.ui.cli.main import make_command_line
 
 PAGE = ROOT / "docs" / "reference" / "command-line.md"
@@ -25,6 +26,24 @@ HEAD = """\
 Every command takes `--help`, and those that print results take `--json`, which prints one JSON object. Exit codes:
 0 fine; 1 the result is bad news, such as a test that fails; 2 something that was given cannot be used, and nothing was
 changed; 70 a fault in Understudy itself.
+
+The library of a command, which is the folder `library` by default, is named by an argument or by `--library`, as you
+like: `understudy show demo/library goto` and `understudy show goto --library demo/library` are the same.
+
+`python -m understudy` is the same as `understudy`, where no command of that name is found.
+
+## Completion by the shell
+
+`understudy --install-completion` lets the shell in which it is typed (bash, zsh or fish) complete commands, options and
+their values by the tab key, from the next shell on. To see what it would add, or to put it into a file of your own:
+
+| shell | what prints the lines to add |
+|---|---|
+| bash | `_UNDERSTUDY_COMPLETE=source_bash understudy` |
+| zsh | `_UNDERSTUDY_COMPLETE=source_zsh understudy` |
+| fish | `_UNDERSTUDY_COMPLETE=source_fish understudy` |
+
+## Names
 
 Names are printed as they are typed and as files have them, such as `rotate_left` and `distance_to(A)`. The studio and
 the terminal trainer say *turn left* and *distance to A*.
@@ -60,7 +79,7 @@ def _explain(name: str, command: Any) -> Iterator[str]:
     ]
     arguments = [each for each in parameters if each.param_type_name == "argument"]
     options = [each for each in parameters if each.param_type_name == "option"]
-    usage = [_spell(each) for each in arguments]
+    usage = [*(["[LIBRARY]"] if isinstance(command, LibraryCommand) else []), *map(_spell, arguments)]
     yield f"```text\n{' '.join([name, *usage, *(['[OPTIONS]'] if options else [])])}\n```\n"
     if examples := _EXAMPLE.findall(text):
         yield "For example:\n"

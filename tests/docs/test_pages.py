@@ -93,8 +93,10 @@ def find_faults(command_line: Any, command: str) -> Iterator[str]:
     _, *words = command.split()
     found = command_line
     while words and hasattr(found, "commands"):
-        if words[0].startswith("-"):
-            break
+        if words[0].startswith("-"):  # such an option acts at once
+            if not any(words[0] in each.opts for each in found.params):
+                yield f"understudy has no option {words[0]}"
+            return
         if words[0] not in found.commands:
             yield f"understudy has no command {words[0]}"
             return

@@ -93,7 +93,7 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     ],
 }  # fmt: skip
 COMMANDS = {
-    "": "--version --debug",
+    "": "--version --debug --install-completion --show-completion",
     "advise": "NAME --bind -b --most --library -l --world -w --kit --json",
     "bench": "--json",
     "bench crowding": "--json",
@@ -108,7 +108,7 @@ COMMANDS = {
     "bench squads": "--json",
     "bench start": "--json",
     "bench swarm": "--json",
-    "check": "[LIBRARY] [NAME]... --world -w --worlds --kit --fail-on --all --json",
+    "check": "[NAME]... --library -l --world -w --worlds --kit --fail-on --all --json",
     "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --all --library -l --world -w --kit --json",
     "draw": "NAME --out -o --children --force --library -l --world -w --kit --json",
@@ -123,10 +123,10 @@ COMMANDS = {
     "export dataset": "SOURCE... --to --out -o --json",
     "export table": "SOURCE --out -o --table --json",
     "export why": "TRACE --time -t --library -l --world -w --exported --agent -a --kit --json",
-    "falsify": "LIBRARY NAME --world -w --property --vary --limit --seconds --worlds --seed --jobs -j --out -o "
-    "--bind -b --kit --json",
-    "falsify-body": "LIBRARY NAME MODULE:NAME --goal --limit --seconds --worlds --seed --jobs -j --out -o --bind -b "
-    "--kit --json",
+    "falsify": "NAME --library -l --world -w --property --vary --limit --seconds --worlds --seed --jobs -j "
+    "--out -o --bind -b --kit --json",
+    "falsify-body": "NAME --library -l MODULE:NAME --goal --limit --seconds --worlds --seed --jobs -j --out -o --bind "
+    "-b --kit --json",
     "learn": "",
     "learn drive": "FILE... --driver --map --behaviors --define --split --features --targets --reaction --agent -a "
     "--kit --predict --library -l --name -n --json",
@@ -161,14 +161,14 @@ COMMANDS = {
     "teach": "--world -w --seed --failures NAME --library -l --states --features --parameters --targets --flags "
     "--watched --plain --reaction --kit --json",
     "team": "",
-    "team agent": "--name --library --seconds --record TEAM --json",
+    "team agent": "--name --library -l --seconds --record TEAM --json",
     "team arm": "--name TEAM --json",
     "team logs": "--name TEAM --json",
     "team merge": "OUT RECORDING... --reference --json",
-    "team push": "--library TEAM --json",
+    "team push": "--library -l TEAM --json",
     "team status": "TEAM --json",
     "team stop": "--name TEAM --json",
-    "test": "[LIBRARY] --library -l --world -w --failures --jobs -j --kit --json",
+    "test": "--library -l --world -w --failures --jobs -j --strict --kit --json",
     "validate": "[NAME]... --library -l --world -w --kit --json",
     "why": "RUN --time -t --agent -a --library -l --world -w --kit --json",
     "worlds": "[SCENARIO] --json",

@@ -109,8 +109,8 @@ def test_it_fails_in_the_tick_in_which_the_condition_first_holds(limit: float) -
         ("food_stored is not absent and at_station is maybe or food_stored is absent", None),
         ("food_left is yes and food_stored is above 0 units", True),
         ("food_left is yes or food_stored is above 0 units", False),
-        ("robot is in west and robot is not in west", True),
-        ("robot is in west or robot is not in west", False),
+        ("robot is in west and food_left is no", True),
+        ("robot is in west or food_left is yes", False),
     ],
 )
 def test_at_the_first_moment(what: str, held: bool | None) -> None:

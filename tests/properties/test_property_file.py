@@ -85,6 +85,11 @@ REFUSED = [  # what stands below the head, what is said after the path
         '[a]\nbehavior = "b"\nworld = "f"\nseeds = [1, 1]\nnever = "x is yes"\n',
         "at a.seeds: are not all different",
     ),
+    (
+        f'[a]\n{WHO}always = "x is above 3 m and below 2 m"\nwithin_s = 3\n',
+        "at a.always: 'x is above 3 m and x is below 2 m' can never hold at once; join them by 'or'",
+    ),
+    (f'[a]\n{WHO}never = "x is below inf m"\n', "at a.never: 'x is below inf m' always holds, so that"),
     ("a = 3\n", "at a: is not a table; begin a property with [a]"),
     ("[a\n", "is not TOML"),
 ]

@@ -2,6 +2,7 @@
 
 import { useRef } from "preact/hooks";
 import { Button } from "../button";
+import { KeyName } from "../keyname";
 import { useNews } from "../news";
 import { nameLabel, Swatch } from "../recording/label";
 import { className, hasKeys, plain } from "../words";
@@ -40,7 +41,7 @@ export function Controls({ driving }: { driving: DriveController }) {
             onContextMenu={(event) => event.preventDefault()}
           >
             <span class="cut">{plain(name)}</span>
-            {hasKeys() && HOLDS[index] !== undefined && <kbd>{HOLDS[index]?.toUpperCase()}</kbd>}
+            {hasKeys() && HOLDS[index] !== undefined && <KeyName place={HOLDS[index]} />}
           </Button>
         ))}
         <Moment driving={driving} />

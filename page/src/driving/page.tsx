@@ -125,12 +125,12 @@ function steer(driving: DriveController): () => void {
     if (event.key === " ") {
       if (event.target instanceof HTMLButtonElement) return; // which it presses
       if (!event.repeat) driving.turn();
-    } else if (!driving.steers || !driving.stick.press(event.key)) return;
+    } else if (!driving.steers || !driving.stick.press(event)) return;
     else if (!event.repeat) driving.steer();
     event.preventDefault();
   };
   const up = (event: KeyboardEvent): void => {
-    driving.stick.lift(event.key);
+    driving.stick.lift(event);
     if (driving.driving || driving.automatic) driving.steer();
   };
   return listenTo(globalThis, { keydown: down, keyup: up });

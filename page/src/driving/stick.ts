@@ -1,6 +1,7 @@
 /** Where the stick is: by the mouse or a finger, the arrow keys, or a gamepad; and which buttons are held. */
 
 import { listPressed, PADS } from "../gamepad";
+import { type Key, keyboard } from "../keyboard";
 import { ARROWS } from "../keys";
 import type { Arrow } from "../protocol";
 
@@ -11,8 +12,8 @@ export interface Lean {
 }
 
 export const REST: Lean = { right: 0, up: 0 };
-/** The keys of the behaviors that are held, in order. */
-export const HOLDS = ["a", "s", "d", "f", "g", "h"];
+/** The places of the keys of the behaviors that are held, in order. */
+export const HOLDS = ["KeyA", "KeyS", "KeyD", "KeyF", "KeyG", "KeyH"];
 /** A gamepad's stick that leans less is at rest: it never quite returns to the middle. */
 const LOOSE = 0.12;
 /** The buttons of a gamepad for behaviors that are held: A, X, B, Y, and those at the shoulders. */
@@ -94,17 +95,17 @@ export class Stick {
   }
 
   /** A key is pressed; whether it is one of the stick's. */
-  press(key: string): boolean {
-    const way = ARROWS[key];
-    if (way !== undefined) this.arrows.set(key, way);
-    else if (HOLDS.includes(key.toLowerCase())) this.keys.add(key.toLowerCase());
+  press(event: Key): boolean {
+    const [way, place] = [ARROWS[event.key], keyboard.place(event)];
+    if (way !== undefined) this.arrows.set(event.key, way);
+    else if (HOLDS.includes(place)) this.keys.add(place);
     else return false;
     return true;
   }
 
-  lift(key: string): void {
-    this.arrows.delete(key);
-    this.keys.delete(key.toLowerCase());
+  lift(event: Key): void {
+    this.arrows.delete(event.key);
+    this.keys.delete(keyboard.place(event));
   }
 
   /** Everything is let go of. */

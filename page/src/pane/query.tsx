@@ -4,6 +4,7 @@ import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
 import { useStudio } from "../context";
 import { Option } from "../fields";
+import { KeyName } from "../keyname";
 import type { QueryPolicy, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
 import { formatTime, plain } from "../words";
@@ -41,7 +42,7 @@ export function QueryPart({ session }: { session: Session }) {
           title="In a new world, where your answer would change most of what the robot does"
           request={{ do: "next_situation" }}
         >
-          Go to where an answer matters most <kbd>G</kbd>
+          Go to where an answer matters most <KeyName place="KeyG" shift />
         </ControlButton>
       )}
       {policy !== "never" && <SoundChoice />}

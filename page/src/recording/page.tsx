@@ -1,6 +1,7 @@
 /** The page of a recording: its timeline, what is selected, questions, and what was learned. */
 
 import { useEffect } from "preact/hooks";
+import { keyboard, readShortcut } from "../keyboard";
 import { listenTo } from "../listen";
 import { useNews } from "../news";
 import { Bar, ReviewButton } from "./bar";
@@ -37,16 +38,20 @@ export function RecordingPage({ recording }: { recording: Recording }) {
 /** Keys: digits label what is selected, arrows go to the next span, Ctrl Z takes back. */
 export function listen(recording: Recording, suspended = (): boolean => false): () => void {
   const press = (event: KeyboardEvent): void => {
+    keyboard.learn(event);
     if (event.target instanceof HTMLInputElement || suspended()) return;
-    if ((event.ctrlKey || event.metaKey) && event.key === "z") void recording.ask({ do: "undo" });
+    const digit = keyboard.digit(event);
+    if ((event.ctrlKey || event.metaKey) && !event.altKey && readShortcut(event) === "z")
+      void recording.ask({ do: "undo" });
     else if (event.ctrlKey || event.metaKey || event.altKey) return;
-    else if (/^[1-9]$/.test(event.key)) void recording.label(Number(event.key) - 1);
-    else if (event.key === "0") void recording.label((recording.review?.labels.length ?? 0) - 1);
+    else if (digit !== null)
+      void recording.label((digit === 0 ? (recording.review?.labels.length ?? 0) : digit) - 1);
     else if (event.key === "ArrowRight" || event.key === "ArrowLeft")
       recording.step(event.key === "ArrowRight" ? 1 : -1);
     else if (event.key === "Escape") recording.select(null);
     else return;
     event.preventDefault();
   };
+  void keyboard.ask();
   return listenTo(globalThis, { keydown: press });
 }

@@ -2,6 +2,7 @@
 
 import { ControlButton } from "../button";
 import { useStudio } from "../context";
+import { keyboard } from "../keyboard";
 import { useSlowNews } from "../news";
 import { className, formatCount, plain } from "../words";
 import { describeActivity } from "./activities";
@@ -33,7 +34,9 @@ export function RobotList() {
                   class={className("row", trained && "on")}
                   aria-pressed={trained}
                   disabled={trained}
-                  title={trained ? "" : "Train this one (Shift and its number)"}
+                  title={
+                    trained ? "" : `Train this one${keyboard.shiftsDigits ? "" : " (Shift and its number)"}`
+                  }
                   request={{ do: "select_agent", agent: robot }}
                 >
                   <span class={className("dot", trained && session?.mode)} />

@@ -77,6 +77,9 @@ def normalize_name(name: str) -> str:
 
 
 VERSIONS = "versions"
+_DOCUMENT = re.compile(rb'"automaton"\s*:\s*\{')
+"""What the beginning of an automaton's document has, and no other JSON file of ours."""
+_BEGINNING = 4096
 _VERSION = re.compile(r"(\d{4,})(?: (\d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d))?\.json")
 
 
@@ -165,7 +168,7 @@ def find_recorded_kits(folder: Path | str) -> list[tuple[Kit, Path]]:
 
     A file that is invalid has none, and automata of the folder are no basic behaviors.
     """
-    found = []
+    kits = []
     for path in list_documents(folder):
         try:
             data = path.read_bytes() if path.is_file() else b""
@@ -174,10 +177,10 @@ def find_recorded_kits(folder: Path | str) -> list[tuple[Kit, Path]]:
                 behaviors = {
                     name: each for name, each in kit.behaviors.items() if make_file_stem(name) not in automata
                 }
-                found.append((replace(kit, behaviors=behaviors), path))
+                kits.append((replace(kit, behaviors=behaviors), path))
         except (OSError, UnderstudyError):
             continue  # whoever opens the file is told what is wrong
-    return found
+    return kits
 
 
 def list_documents(folder: Path | str) -> list[Path]:
@@ -185,6 +188,19 @@ def list_documents(folder: Path | str) -> list[Path]:
     folder = Path(folder)
     with convert_os_errors(folder, "opening the library"):
         return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
+
+
+def count_automata(folder: Path | str) -> int:
+    """Count the documents of automata in a folder by how they begin; 0 if it cannot be read."""
+    try:
+        return sum(map(_begins_as_document, Path(folder).glob("[!.]*.json")))
+    except OSError:
+        return 0
+
+
+def _begins_as_document(path: Path) -> bool:
+    with path.open("rb") as file:
+        return _DOCUMENT.search(file.read(_BEGINNING)) is not None
 
 
 def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:

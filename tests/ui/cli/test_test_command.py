@@ -259,10 +259,29 @@ def test_properties_in_worlds(library: Path) -> None:
     assert "2 properties: 1 fails, 1 holds\n" in text.stdout
 
 
+def test_an_undecided_property_fails_with_strict(library: Path) -> None:
+    few = PROPERTIES.partition("[hurries]")[0] + "at_least = 0.99\n"
+    (library / "properties.toml").write_text(few)
+    told = run("test", library)
+    assert (told.exit_code, "1 property: 1 undecided\n" in told.stdout) == (0, True)
+    assert "give at least 535 seeds" in " ".join(told.stdout.split())
+    assert run("test", library, "--strict").exit_code == 1
+    (library / "properties.toml").write_text(few.replace("0.99", "0.1"))
+    assert run("test", library, "--strict").exit_code == 0
+
+
 MISTAKES = [  # what is written instead, the key that is named
     (('"goal"', '"front is below 1 m"'), "delivers.always: the body has no feature or reading 'front'"),
     (('"goal"', '"distance_to(station) is below 1"'), "delivers.always: '1' has no unit"),
     (('"goal"', '"failed is raised"'), "delivers.always: the behavior has no flag 'failed'"),
+    (
+        ('"goal"', '"angle_to(station) is above 200°"'),
+        "delivers.always: 'angle_to(station) is above 200°' is about a value from −180° to 180°",
+    ),
+    (
+        ('"goal"', '"x is at least 2 m and below 1 m"'),
+        "delivers.always: 'x is at least 2 m and x is below 1 m' can",
+    ),
     (('behavior = "forage"', 'behavior = "fly"'), "delivers.behavior: "),
     (('world = "forage"', 'world = "mars"'), "delivers.world: "),
     (('world = "forage"', 'world = "plain.toml"'), "delivers.always: scenario 'plain': goal is missing"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from enum import StrEnum
-from math import pi
+from math import isinf, pi
 
 from understudy.errors import SettingError, join_names
 
@@ -88,7 +88,7 @@ class Condition:
         return None if others or more else first
 
 
-_NUMBER = r"[-−+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_NUMBER = r"[-−+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|inf(?:inity)?\b|∞)"
 _COMPARED = re.compile(rf"(below|at most|at least|above)\s+({_NUMBER})\s*(\S*)")
 _IN = re.compile(r"(not\s+)?in\s+([\w-]+)")
 _WORD = re.compile(r"(not\s+)?(?!(?:below|above|in)$)([\w-]+)")
@@ -138,7 +138,7 @@ def _parse_clause(part: str, subject: str, whole: str) -> Clause:
         rest = part
     rest = rest.strip()
     if subject and (match := _COMPARED.fullmatch(rest)):
-        number = float(match[2].replace("−", "-"))
+        number = float(match[2].replace("−", "-").replace("∞", "inf"))
         return Clause(subject, ClauseTest(match[1]), number=number, unit=match[3])
     if subject and (match := _IN.fullmatch(rest)):
         return Clause(subject, ClauseTest.IN, name=match[2], negated=bool(match[1]))
@@ -189,6 +189,8 @@ def convert_threshold(number: float, unit: str, *, of: str, to: str) -> float:
     factors = FACTORS.get(to, {to: 1.0} if to else {"": 1.0})
     if unit in factors:
         return number * factors[unit]
+    if isinf(number) and not unit:
+        return number
     written = f"{number:g}{'' if unit == '°' else ' '}{unit}" if unit else f"{number:g}"
     in_one_of = f"write it in {join_names(factors, word='or')}"
     if not to:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from functools import reduce
-from math import pi
+from math import isfinite, pi
 from typing import TypeAlias
 
 import numpy as np
@@ -200,6 +200,10 @@ def _bind_reading(clause: Clause, run: BehaviorRun) -> Margin:
     if not isinstance(kind, Toroidal):
         return _bind_number(clause, reading.read, unit=reading.reading.unit, scale=None)
     half = kind.period / 2
+    limit = convert_threshold(clause.number, clause.unit, of=clause.subject, to=reading.reading.unit)
+    if isfinite(limit) and abs(limit) > half * (1 + 1e-9):
+        turn = "−180° to 180°" if reading.reading.unit == "rad" else f"{-half:g} to {half:g}"
+        raise _wrong(clause, f"is about a value from {turn}", "give a limit in this range")
 
     def read_angle() -> Column:
         values: Column = np.mod(reading.read() + half, kind.period) - half

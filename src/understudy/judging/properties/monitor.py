@@ -16,6 +16,7 @@ from understudy.errors import SettingError
 from understudy.judging.behavior_run import BehaviorRun
 from understudy.judging.outcomes import SuccessMonitor, WorldColumns
 from understudy.judging.properties.condition import ClauseTest, Condition, parse_condition
+from understudy.judging.properties.contradictions import check_condition
 from understudy.judging.properties.goal_progress import GoalProgress
 from understudy.judging.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition
 from understudy.judging.rollout import TICKS_AT_ONCE, Instant, Monitor, Progress, roll_out, skip_progress
@@ -118,6 +119,7 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     if subject.kind is PropertyKind.PROGRESS:
         return ProgressWatch(run, seconds, to_goal=to_goal)
     condition = parse_condition(subject.what)
+    check_condition(subject.kind, condition)
     margin = bind_condition(condition, run, flags)
     if subject.kind is PropertyKind.NEVER_LONGER:
         return DurationWatch(run, margin, seconds, to_goal=to_goal)

@@ -18,6 +18,7 @@ from understudy.errors import (
     join_names,
 )
 from understudy.judging.properties.condition import parse_condition
+from understudy.judging.properties.contradictions import check_condition
 from understudy.model.binding import Binding
 from understudy.model.property import GOAL, PROGRESS, Property, PropertyKind, SeededWorlds
 from understudy.sim.scenario.squad_schema import StrictStruct
@@ -161,7 +162,7 @@ def parse_property(path: Path | str, name: str, table: object) -> Property:
     kind, what, seconds = _read_claim(path, name, decoded)
     if kind is not PropertyKind.PROGRESS:
         with locate_errors(path, name, find_condition_key(kind)):
-            parse_condition(what)
+            check_condition(kind, parse_condition(what))
     for key, time in (("within_s", decoded.within_s), ("never_longer_than_s", decoded.never_longer_than_s)):
         if not isinstance(time, UnsetType) and not 0 < time <= 86_400:
             raise _error(path, name, key, f"is {time:g}", "give seconds above 0, and at most 86400")

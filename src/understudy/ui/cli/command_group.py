@@ -10,9 +10,10 @@ from pkgutil import resolve_name
 from typing import Any, get_type_hints
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_argument import LibraryCommand
 from understudy.ui.cli.loading import import_on_call
 from understudy.ui.cli.old_spellings import OLD_SPELLINGS
 from understudy.ui.cli.options import Json
@@ -50,7 +51,9 @@ class CommandTable:
         if isinstance(run, typer.Typer):
             app.add_typer(run, name=word)
         else:
-            app.command(word, help=_join_lines(getdoc(run) or ""))(run)
+            has_library = is_split and any(each.name == "library" for each in fields(_resolve(entry.options)))
+            kind = LibraryCommand if has_library else TyperCommand
+            app.command(word, cls=kind, help=_join_lines(getdoc(run) or ""))(run)
         return typer.main.get_group(app).commands[word]
 
     def describe(self, entry: CommandEntry) -> str:
@@ -127,7 +130,7 @@ class CommandGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the arguments; without any, print the help and end with exit code 2."""
-        if not args:
+        if not args and not ctx.resilient_parsing:  # a shell that completes a word wants no help
             typer.echo(ctx.get_help())
             ctx.exit(2)
         return super().parse_args(ctx, args)

@@ -131,7 +131,7 @@ class ExportWhyOptions(CommandOptions):
             "--time", "-t", min=0, help="Time of a tick, in the unit of the trace.", show_default=False
         ),
     ] = None
-    folder: LibraryOption = LIBRARY
+    library: LibraryOption = LIBRARY
     world: Annotated[
         str | None, typer.Option("--world", "-w", metavar="SCENARIO", help="Scenario of the library.")
     ] = None

@@ -7,7 +7,15 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from understudy.ui.cli.options import FAILURES, WORLD, Bind, CommandOptions, KitName
+from understudy.ui.cli.options import (
+    FAILURES,
+    LIBRARY,
+    WORLD,
+    Bind,
+    CommandOptions,
+    KitName,
+    LibraryOption,
+)
 
 GoalName: TypeAlias = Annotated[
     str | None,
@@ -17,9 +25,6 @@ GoalName: TypeAlias = Annotated[
         help="Flag or reading (yes or no) that counts as success on a body of your own.",
         show_default=False,
     ),
-]
-FalsifiedLibrary: TypeAlias = Annotated[
-    Path, typer.Argument(metavar="LIBRARY", help="Folder of the library.")
 ]
 FalsifiedBehavior: TypeAlias = Annotated[str, typer.Argument(metavar="NAME", help="Name of the behavior.")]
 
@@ -81,8 +86,8 @@ class FalsifyOptions(SearchOptions):
     On a body of your own: understudy falsify-body.
     """
 
-    library: FalsifiedLibrary
     behavior: FalsifiedBehavior
+    library: LibraryOption = LIBRARY
     world: Annotated[
         str | None,
         typer.Option(
@@ -122,8 +127,8 @@ class FalsifyBodyOptions(SearchOptions):
     [dim]understudy falsify-body mine balance cart_pole:make --goal truncated --limit 11[/]
     """
 
-    library: FalsifiedLibrary
     behavior: FalsifiedBehavior
+    library: LibraryOption = LIBRARY
     world: Annotated[
         str,
         typer.Argument(

@@ -183,18 +183,7 @@ class LibraryTestOptions(CommandOptions):
     [dim]understudy test demo/library --failures failures[/]
     """
 
-    folder: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[LIBRARY]",
-            help="Folder of the library; library if left out.",
-            show_default=False,
-        ),
-    ] = None
-    same: Annotated[
-        Path | None,
-        typer.Option("--library", "-l", help="Old spelling of the argument LIBRARY.", hidden=True),
-    ] = None
+    library: LibraryOption = LIBRARY
     world: FoundWorld = None
     failures: Annotated[
         Path | None,
@@ -208,6 +197,9 @@ class LibraryTestOptions(CommandOptions):
     jobs: Annotated[
         int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes to share the tests.")
     ] = 1
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Fail, too, if a property is undecided: its worlds are too few.")
+    ] = False
     kit: KitName = None
 
 
@@ -221,14 +213,8 @@ class CheckOptions(CommandOptions):
     [dim]understudy check demo/library --world forage[/]
     """
 
-    folder: Annotated[
-        Path,
-        typer.Argument(metavar="[LIBRARY]", help="Folder of the library.", show_default=str(LIBRARY)),
-    ] = LIBRARY
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[NAME]...", help="Names of automata; all if left out.", show_default=False),
-    ] = None
+    names: AutomatonNames = None
+    library: LibraryOption = LIBRARY
     world: Annotated[
         str | None,
         typer.Option(

@@ -187,7 +187,7 @@ def make_command_line() -> typer.Typer:
         cls=CommandLine,
         rich_markup_mode="rich",
         pretty_exceptions_enable=False,
-        add_completion=False,
+        add_completion=True,  # of shells: --install-completion and --show-completion
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Start with understudy demo. Every command has --help, and --json for programs.\n"
         "The others, rarely needed, are listed by understudy more.",
@@ -225,12 +225,13 @@ def _of_typer(error: Exception) -> bool:
 
 def report_error(error: UnderstudyError) -> int:
     """Print the error on stderr, and with `--json` as an object on stdout; return its exit code."""
-    typer.echo(f"Error: {error}", err=True)
+    message = ". ".join([str(error), *getattr(error, "__notes__", ())])
+    typer.echo(f"Error: {message}", err=True)
     if "--json" in sys.argv or "--format json" in " ".join(sys.argv).replace("=", " "):
-        print_json({"error": {"type": error.json_type, "message": str(error), **_fields(error)}})
+        print_json({"error": {"type": error.json_type, "message": message, **_fields(error)}})
     return error.exit_code
 
 
 def _fields(error: UnderstudyError) -> dict[str, Any]:
     plain = (str, int, float, tuple, list, type(None))
-    return {key: value for key, value in vars(error).items() if isinstance(value, plain)}
+    return {key: value for key, value in vars(error).items() if isinstance(value, plain) and key[0] != "_"}

@@ -20,7 +20,9 @@ FAILURES = Path("failures")
 """The folder in which `understudy falsify` keeps failing worlds."""
 WORLD = "forage"
 
-LibraryOption: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="Folder of the library.")]
+LibraryOption: TypeAlias = Annotated[
+    Path, typer.Option("--library", "-l", help="Folder of the library; can be an argument, too.")
+]
 ScenarioName: TypeAlias = Annotated[
     str | None,
     typer.Argument(

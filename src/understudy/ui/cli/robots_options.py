@@ -140,7 +140,12 @@ class AgentOptions(TeamOptions):
     ]
     library: Annotated[
         Path | None,
-        typer.Option(help="Folder of the automata. By default as the team's file says.", show_default=False),
+        typer.Option(
+            "--library",
+            "-l",
+            help="Folder of the automata. By default as the team's file says.",
+            show_default=False,
+        ),
     ] = None
     seconds: Annotated[
         float | None, typer.Option(help="Leave after so many seconds.", show_default=False, min=0.0)
@@ -199,7 +204,12 @@ class TeamPushOptions(TeamOptions):
 
     library: Annotated[
         Path | None,
-        typer.Option(help="Folder of the automata. By default as the team's file says.", show_default=False),
+        typer.Option(
+            "--library",
+            "-l",
+            help="Folder of the automata. By default as the team's file says.",
+            show_default=False,
+        ),
     ] = None
 
 

@@ -43,15 +43,15 @@ COLORS = {"error": "red", "warning": "yellow", "note": "dim"}
 
 def check_automata(options: CheckOptions) -> None:
     """Find what can go wrong with automata from their trees and examples."""
-    report = _check(options.folder, options.names or [], options.world, options.kit, worlds=options.worlds)
+    report = _check(options.library, options.names or [], options.world, options.kit, worlds=options.worlds)
     failing = options.fail_on is not FailOn.NEVER and any(
         each.severity.rank >= _rank(options.fail_on) for each in report.findings
     )
     if options.as_json:
-        facts = {"library": options.folder, "world": options.world, "holds": not failing}
+        facts = {"library": options.library, "world": options.world, "holds": not failing}
         print_json({**facts, **_describe_report(report)})
     else:
-        _show(options.folder, options.world, report, make_console(), everything=options.everything)
+        _show(options.library, options.world, report, make_console(), everything=options.everything)
     raise typer.Exit(1 if failing else 0)
 
 

@@ -179,7 +179,7 @@ class ExportedReason:
 def explain_exported(options: ExportWhyOptions) -> None:
     """Explain every switch in a trace of exported code, or all decisions of the tick at --time."""
     read = read_exported_trace(options.trace)
-    library, name, body = open_library_to_export(options.folder, read.name, options.world, options.kit)
+    library, name, body = open_library_to_export(options.library, read.name, options.world, options.kit)
     _, hierarchy = link_ground(library, name, read.binding, body)
     check_trace(read, hierarchy, combine_fingerprints(fingerprint_automata(library, name)))
     ticks = list(read.ticks)

@@ -22,7 +22,7 @@ from understudy.ui.cli.library_data import (
     open_listings,
 )
 from understudy.ui.cli.library_options import DrawOptions, ShowOptions
-from understudy.ui.cli.output import format_count, format_saved_time, make_console, make_table
+from understudy.ui.cli.output import format_count, format_saved_time, make_console, make_table, print_table
 from understudy.viz.automaton_file import check_picture_name, render_automata
 
 if TYPE_CHECKING:
@@ -86,7 +86,13 @@ def _structure(automaton: Automaton, library: Library, out: Console) -> None:
     features = make_table("feature", "kind", "unit")
     for bound in automaton.features:
         features.add_row(escape(str(bound)), escape(_kind(str(bound.kind))), bound.feature.unit)
-    out.print(Columns([states, features] if automaton.features else [states], padding=(0, 4)))
+    tables = [states, features] if automaton.features else [states]
+    beside = Columns(tables, padding=(0, 4))
+    if all(out.measure(each).maximum < out.width for each in tables):
+        out.print(beside)
+    else:
+        for each in tables:
+            print_table(out, each)
 
 
 def _kind(spelled: str) -> str:
@@ -119,9 +125,7 @@ def _examples(automaton: Automaton, examples: Sequence[Example], out: Console, *
         told = (_value(value, bound.feature.unit) for bound, value in list_plain_values(row, automaton))
         places = ["" if row.source is None else escape(str(row.source))] * len(recorded)
         made.add_row(str(row.number), escape(row.state), following, kind, *places, *told)
-    for column in made.columns[4:]:
-        column.no_wrap, column.overflow = False, "fold"
-    out.print(made)
+    print_table(out, made, lead=4)
     for mark, key, what in (
         ("*", "correction", "a correction"),
         ("†", "edited", "edited by hand"),

@@ -11,12 +11,12 @@ from rich.markup import escape
 from rich.padding import Padding
 
 from understudy.addons.checks.falsification.failing_world import list_failing_worlds
-from understudy.errors import FileError, SettingError
+from understudy.errors import FileError
 from understudy.storage.library_folder import list_documents
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.library_options import LibraryTestOptions
 from understudy.ui.cli.library_tests import LibrarySetting, LibraryTestResult, test_library
-from understudy.ui.cli.options import LIBRARY, WORLD
+from understudy.ui.cli.options import WORLD
 from understudy.ui.cli.output import format_count, make_console
 from understudy.ui.cli.world_libraries import choose_library_world
 
@@ -28,11 +28,7 @@ if TYPE_CHECKING:
 
 def run_library_tests(options: LibraryTestOptions) -> None:
     """Test a library: every recorded moment of its lessons, every property, and failing worlds."""
-    if options.folder is not None and options.same not in (None, options.folder):
-        remedy = "name one of them"
-        problem = f"is another folder than {options.folder}"
-        raise SettingError(where="--library", setting=str(options.same), problem=problem, remedy=remedy)
-    library = options.folder or options.same or LIBRARY
+    library = options.library
     list_documents(library)  # a folder that is not there is the first thing to say
     failing = _list_failures(options.failures)
     named = choose_library_world(library, options.world, options.kit)
@@ -45,7 +41,8 @@ def run_library_tests(options: LibraryTestOptions) -> None:
         print_json(result)
     else:
         _show(result, make_console())
-    raise typer.Exit(0 if result.works else 1)
+    undecided = any(row["verdict"] == "undecided" for row in result.properties)
+    raise typer.Exit(0 if result.works and not (options.strict and undecided) else 1)
 
 
 def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:

@@ -1,1 +1,0 @@
-import{E as e,H as t}from"./base-DKBfmcDC.js";import{s as n,t as r}from"./page-Cotufc5E.js";var i=new n,a=document.getElementById(`app`);a!==null&&t(e(r,{recording:i}),a),i.open();
