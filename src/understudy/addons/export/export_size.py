@@ -58,7 +58,7 @@ def measure_hierarchy(hierarchy: Hierarchy, weigh: Weigh) -> WrittenSize:
     """
     sizes: list[WrittenSize] = []
     for number, automaton in enumerate(hierarchy.automata):
-        known: dict[tuple[int, frozenset[int]], WrittenSize] = {}
+        by_tree: dict[tuple[int, frozenset[int]], WrittenSize] = {}
         parts = [WrittenSize(states=len(automaton.states))]
         flags = {source.index for source in automaton.features if source.sort == "flag"}
         decisions = {state: each for each in automaton.decisions for state in each.states}
@@ -70,9 +70,9 @@ def measure_hierarchy(hierarchy: Hierarchy, weigh: Weigh) -> WrittenSize:
                 continue
             raised = frozenset(flag for flag in flags if hierarchy.find_raising(number, index, flag))
             key = decisions[index].states[0], raised
-            if key not in known:
-                known[key] = measure_rules(decisions[index].routines, partial(weigh, number, index))
-            parts.append(known[key])
+            if key not in by_tree:
+                by_tree[key] = measure_rules(decisions[index].routines, partial(weigh, number, index))
+            parts.append(by_tree[key])
         sizes.append(
             WrittenSize(
                 sum(each.states for each in parts),

@@ -48,7 +48,7 @@ WHAT = "a behavior tree"
 def check_tree_size(hierarchy: Hierarchy) -> None:
     """Refuse a hierarchy of which the behavior tree would be too large, with DefinitionError.
 
-    A file holds each tree once, but whoever loads it makes nodes of every use.
+    A file holds each tree once, but a program that loads it makes nodes of every use.
     """
     size = measure_hierarchy(hierarchy, lambda number, state, condition: 1)
     if size.rules > MOST_RULES:
