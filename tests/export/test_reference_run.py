@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import inf, nan
+from math import nan
 
 import numpy as np
 import pytest
@@ -95,7 +95,5 @@ def test_a_value_outside_its_kind_is_refused() -> None:
     absent = [nan] * len(job.hierarchy.readings)
     ReferenceRun(link_job(job), job.hierarchy).pulse(absent, 0.0)
     for slot, reading in enumerate(job.hierarchy.readings):
-        wrong = [7.0, 0.5, -1.0] if isinstance(reading.kind, Categorical) else []
-        for value in (inf, -inf, *wrong):
-            said = refuse(job, [*absent[:slot], value, *absent[slot + 1 :]])
-            assert "is not finite" in said or "label" in said
+        for value in [7.0, 0.5, -1.0] if isinstance(reading.kind, Categorical) else []:
+            assert "label" in refuse(job, [*absent[:slot], value, *absent[slot + 1 :]])

@@ -10,6 +10,7 @@ import pytest
 
 from understudy.errors import KindError
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import LARGEST
 
 TREE = Tree(
     (
@@ -49,7 +50,7 @@ NO_VECTORS: list[tuple[Any, str]] = [
     ((None, 0.0), "value 1 is None; give a number"),
     ((0.4, "stuck"), "value 2 is 'stuck'; give a number"),
     ((0.4, 3.0), r"value 2 is 3\.0; give the index of one of 3 labels"),
-    ((0.4, inf), "value 2 is inf; give the index of one of 3 labels"),
+    ((0.4, 4e9), r"value 2 is 4000000000\.0; give the index of one of 3 labels"),
     (np.zeros((2, 2)), "value 1 is array"),
 ]
 
@@ -59,3 +60,21 @@ def test_what_is_no_feature_vector(values: Any, said: str) -> None:
     for ask in (TREE.decide, TREE.path):
         with pytest.raises(KindError, match=said):
             ask(values)
+
+
+def test_what_is_infinite_is_absent() -> None:
+    """Whatever a node asks: the one below asks each, and leads elsewhere where the value is absent."""
+    leaves = tuple(map(make_leaf, range(4)))
+    for node in (
+        Node(TestKind.BELOW, 0, high=0.5, yes=1, no=2, absent=3),
+        Node(TestKind.ARC, 0, low=-0.5, high=0.5, yes=1, no=2, absent=3),
+        Node(TestKind.ARC, 0, low=0.5, high=-0.5, yes=1, no=2, absent=3),
+        Node(TestKind.ABSENT, 0, yes=3, no=2),
+        Node(TestKind.LABEL, 0, absent=3, branches=(1, 2)),
+    ):
+        tree = Tree((node, *leaves))
+        for value in (inf, -inf, nan):
+            assert tree.decide((value,)) == 2  # the leaf at 3
+            assert tree.path((value,)) == tree.path((nan,))
+        largest = 1.0 if node.test == TestKind.LABEL else LARGEST
+        assert tree.decide((largest,)) != 2

@@ -296,7 +296,7 @@ class Odd(Scripted):
 
 SEEN = Tree((Node(TestKind.LABEL, 0, branches=(1, 2)), make_leaf(1), make_leaf(2)))
 SENSED: list[tuple[Any, str, tuple[str, str | None], type[UnderstudyError], str]] = [
-    ([1, 1, inf], "load", ("load", None), KindError, "feature 'load' of agent 2: inf is not finite"),
+    ([0, inf, 3], "seen", ("seen", None), KindError, "feature 'seen' of agent 2: 3.0 is not the index of a"),
     ([0, 0.5, 0], "seen", ("seen", None), KindError, "feature 'seen' of agent 1: 0.5 is not the index of a"),
     ([2, nan, 0], "seen", ("seen", None), KindError, "feature 'seen' of agent 0: 2.0 is not the index of a"),
     (

@@ -75,11 +75,6 @@ FEATURES: list[tuple[Callable[[ReadingsView], Any], Kind, str]] = [
     (make_constant("far"), Continuous(), "feature 'read_value': it returned 'far'"),
     (make_constant(1.0), Continuous(), "feature 'read_value': it returned shape \\(\\)"),
     (
-        make_constant(np.array([0.0, np.inf])),
-        Continuous(),
-        "feature 'read_value' of agent 1: inf is not finite",
-    ),
-    (
         make_constant(np.array([0.0, 0.5])),
         BOOLEAN,
         "feature 'read_value' of agent 1: 0.5 is not the index of a label",

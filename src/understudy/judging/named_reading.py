@@ -11,7 +11,7 @@ import numpy as np
 from understudy.errors import SettingError, UnknownName
 from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey
 from understudy.model.library import Library
-from understudy.model.value_kinds import BOOLEAN, Column, Kind
+from understudy.model.value_kinds import BOOLEAN, Column, Kind, clear_infinite
 from understudy.runtime.body import Body, Reading, check_reading_keys
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.training.lesson_design import parse_feature
@@ -32,9 +32,9 @@ class NamedReading:
     unit: str = ""
 
     def read(self, percept: Percept) -> Column:
-        """Return its values [N] in a snapshot; NaN where it is absent."""
+        """Return its values [N] in a snapshot; NaN where it is absent, or infinite."""
         if self.feature is None:
-            return np.asarray(percept[self.keys[0]], np.float64)
+            return clear_infinite(np.asarray(percept[self.keys[0]], np.float64))
         column: Column = self.feature.columns(percept)[0]
         return column
 

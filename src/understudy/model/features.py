@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Self, TypeAlias, cast
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
-from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Kind
+from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Kind, clear_infinite
 
 ReadingKey: TypeAlias = tuple[str, str | None]
 """The name of a reading and the name of the target it is about, or None for a reading of the body itself."""
@@ -32,6 +32,7 @@ def format_reading_label(key: ReadingKey) -> str:
 class ReadingsView:
     """The readings of the robot, or those about one target, as attributes: `robot.heading` is an array of shape [N].
 
+    What is absent is NaN, also where the body gave an infinite number.
     A feature's or behavior's own function takes these as arguments.
     """
 
@@ -42,7 +43,7 @@ class ReadingsView:
 
     def __getattr__(self, reading: str) -> Column:
         try:
-            return self._percept[reading, self._target]
+            return clear_infinite(self._percept[reading, self._target])
         except KeyError:
             of = f"target {self._target!r}" if self._target else "the body"
             raise AttributeError(f"{of} has no reading {reading!r}") from None

@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from math import isnan, nan
+from math import isfinite, isnan, nan
 from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
 
 from understudy.errors import KindError
 from understudy.model.drawing import Axes, call_plot, format_number_of, format_repr
 from understudy.model.features import BoundFeature
+from understudy.model.value_kinds import LARGEST
 
 STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever shown there, so keep it too
 """The outcome, or child, that keeps the current state; as a child it stands for values that no example had."""
@@ -108,7 +109,8 @@ class Tree:
         Parameters
         ----------
         values
-            One number per feature; NaN means absent, and a label is given by its index. Further values are ignored.
+            One number per feature; NaN or an infinite one means absent, and a label is given by its index. Further
+            values are ignored.
 
         Returns
         -------
@@ -127,10 +129,13 @@ class Tree:
                 if test == 0:
                     return yes  # type: ignore[no-any-return]
                 x = values[feature]
-                if x != x:
+                if test == 1:  # most are: no more is compared here than is needed to know that x is finite
+                    if x < high:
+                        node = yes if x >= -1.7976931348623157e308 else absent
+                    else:
+                        node = no if x <= 1.7976931348623157e308 else absent
+                elif not -1.7976931348623157e308 <= x <= 1.7976931348623157e308:
                     node = yes if test == 3 else absent
-                elif test == 1:
-                    node = yes if x < high else no
                 elif test == 4:
                     node = branches[int(x)]
                 elif test == 3:
@@ -148,7 +153,8 @@ class Tree:
         Parameters
         ----------
         values
-            One number per feature; NaN means absent, and a label is given by its index. Further values are ignored.
+            One number per feature; NaN or an infinite one means absent, and a label is given by its index. Further
+            values are ignored.
 
         Returns
         -------
@@ -249,7 +255,9 @@ def _explain_failure(nodes: Sequence[Node], values: Sequence[float]) -> KindErro
         if not isinstance(values[feature], Real):
             return _wrong(_value(feature, values), "give a number, or NaN if it is absent")
         labels = len(node.branches)
-        if node.test == TestKind.LABEL and not (isnan(values[feature]) or 0 <= values[feature] < labels):
+        if node.test == TestKind.LABEL and not (
+            not isfinite(values[feature]) or 0 <= values[feature] < labels
+        ):
             return _wrong(_value(feature, values), f"give the index of one of {labels} labels")
     return _wrong(f"it is {values!r:.60}", "give a list of numbers")
 
@@ -282,7 +290,7 @@ def get_child(node: Node, step: PathStep) -> int:
 
 
 def _step(index: int, node: Node, x: float) -> PathStep:
-    if x != x:
+    if not -LARGEST <= x <= LARGEST:
         return PathStep(index, "yes" if node.test == TestKind.ABSENT else "absent")
     if node.test == TestKind.LABEL:
         return PathStep(index, "label", int(x))

@@ -1,6 +1,7 @@
 """Kinds of feature values: continuous, toroidal (on a circle) and categorical (paper section 3.1).
 
-Every value is one float. NaN means absent, in any kind. A categorical value is the index of its label.
+Every value is one float. NaN means absent, in any kind; what comes out infinite is absent, too, once it is decided on.
+A categorical value is the index of its label.
 """
 
 from __future__ import annotations
@@ -22,6 +23,29 @@ ABSENT = nan
 """The value of an absent feature or reading: NaN."""
 Column: TypeAlias = "NDArray[np.float64]"
 """An array of float64 values, one per agent; NaN where absent."""
+
+
+LARGEST = 1.7976931348623157e308
+"""The largest finite value. One beyond it, on either side, is infinite, and counts as absent."""
+
+
+def clear_infinite(values: Column) -> Column:
+    """Make infinite values absent.
+
+    Parameters
+    ----------
+    values
+        Values, any shape. NaN (absent) stays NaN.
+
+    Returns
+    -------
+    Column
+        The values, with NaN in place of infinity of either sign; the same array if none is infinite.
+    """
+    import numpy as np  # imported here, as in `Toroidal.wrap`
+
+    infinite = np.isinf(values)
+    return np.where(infinite, ABSENT, values) if infinite.any() else values
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from understudy.model.features import (
     ReadingsView,
     call_user_function,
 )
-from understudy.model.value_kinds import Categorical, Column, Toroidal
+from understudy.model.value_kinds import ABSENT, LARGEST, Categorical, Column, Toroidal, clear_infinite
 from understudy.runtime.body import Body, list_reading_keys
 
 
@@ -54,25 +54,34 @@ class FeatureColumns:
                 )
             keys[get_feature_key(bound)] = None
         self.keys: tuple[ReadingKey, ...] = tuple(keys)
-        finite = np.finfo(np.float64)
         kinds = [bound.kind for bound in self.features]
         ranges = [
-            (0.0, len(kind.labels) - 1.0) if isinstance(kind, Categorical) else (finite.min, finite.max)
+            (0.0, len(kind.labels) - 1.0) if isinstance(kind, Categorical) else (-LARGEST, LARGEST)
             for kind in kinds
         ]
         self._least, self._most = np.array(ranges, np.float64).reshape(-1, 2).T[:, :, None]
         self._whole = np.array([isinstance(kind, Categorical) for kind in kinds], np.bool_)[:, None]
 
     def columns(self, percept: Percept) -> NDArray[np.float64]:
-        """Return the values [F, N] of the features in one snapshot; KindError for a value outside its kind."""
+        """Return the values [F, N] of the features in one snapshot; KindError for a value outside its kind.
+
+        What is infinite is absent (NaN).
+        """
         values = np.empty((len(self.features), self.agents))
         for index, bound in enumerate(self.features):
-            values[index] = read_feature_column(bound, percept, agents=self.agents)
-        outside = (values < self._least) | (values > self._most) | (self._whole & (np.floor(values) < values))
-        if outside.any():
-            index, agent = (int(places[0]) for places in np.nonzero(outside))
-            _refuse(get_body_feature(self.features[index]), values[index], agent)
+            values[index] = _read_column(bound, percept, self.agents)
+        if self._find_outside(values).any():
+            values[np.isinf(values)] = ABSENT
+            for index, agent in np.argwhere(self._find_outside(values))[:1].tolist():
+                _refuse(get_body_feature(self.features[index]), values[index], agent)
         return values
+
+    def _find_outside(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which values are infinite, or no label of a categorical feature."""
+        outside: NDArray[np.bool_] = (
+            (values < self._least) | (values > self._most) | (self._whole & (np.floor(values) < values))
+        )
+        return outside
 
 
 def check_targets(body: Body, binding: Mapping[str, str]) -> None:
@@ -98,7 +107,15 @@ def get_feature_key(bound: BoundFeature) -> ReadingKey:
 
 
 def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
-    """Read the values [N] of one feature, with its targets, from a snapshot; check those of a Python function."""
+    """Read the values [N] of one feature, with its targets, from a snapshot; check those of a Python function.
+
+    What is infinite is absent (NaN).
+    """
+    return clear_infinite(_read_column(bound, percept, agents))
+
+
+def _read_column(bound: BoundFeature, percept: Percept, agents: int) -> Column:
+    """Read the values of a feature, of which those that the body gave can be infinite."""
     feature = get_body_feature(bound)
     if feature.function is None:
         reading: object = percept[get_feature_key(bound)]
@@ -109,11 +126,10 @@ def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -
     returned = call_user_function(
         f"feature {feature.name!r}", feature.function, [ReadingsView(percept), *targets]
     )
-    column = _check_column(returned, feature, "it returned", agents)
-    labels = len(feature.kind.labels) if isinstance(feature.kind, Categorical) else 0
-    outside = np.flatnonzero(_no_label(column, labels) if labels else np.isinf(column))
-    if len(outside):
-        _refuse(feature, column, int(outside[0]))
+    column = clear_infinite(_check_column(returned, feature, "it returned", agents))
+    if isinstance(feature.kind, Categorical):
+        for agent in np.flatnonzero(_no_label(column, len(feature.kind.labels)))[:1].tolist():
+            _refuse(feature, column, agent)
     return feature.kind.wrap(column) if isinstance(feature.kind, Toroidal) else column
 
 

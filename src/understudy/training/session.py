@@ -8,7 +8,7 @@ session.test()
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import isfinite
+from math import isfinite, isinf
 from numbers import Real
 from pathlib import Path
 from typing import Self
@@ -22,6 +22,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import Percept
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library
+from understudy.model.value_kinds import ABSENT
 from understudy.runtime.body import Body, Resettable, list_reading_keys
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.link import link
@@ -287,7 +288,9 @@ class Session(EditableSession):
         return press.number
 
     def _sample(self) -> Sample:
-        return Sample(self._clock(), tuple(float(self.percept[key][self.agent]) for key in self._keys))
+        """Take the readings of the agent, as a lesson keeps them: what is infinite is absent."""
+        values = (float(self.percept[key][self.agent]) for key in self._keys)
+        return Sample(self._clock(), tuple(ABSENT if isinf(value) else value for value in values))
 
     def tick(self) -> None:
         """Run one tick: sense, decide, act, and record the examples of a press."""

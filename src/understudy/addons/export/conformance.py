@@ -1,14 +1,15 @@
 """Conformance files: rows of readings with what the interpreter answers, by which an export proves itself.
 
 The file is CSV with one tick per row; `docs/exporting.md` describes its columns. Its rows come from the recorded
-lessons, and from walks that look for the boundaries of trees, absent values and seams.
+lessons, and from walks that look for the boundaries of trees, absent values, infinite ones (which count as absent) and
+seams.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, isinf, nan
 from random import Random
 
 import numpy as np
@@ -115,6 +116,8 @@ class ReferenceRun:
 
     def pulse(self, readings: Sequence[float], now: float) -> ReferenceTick:
         """Return the answer to a row of readings at a time, s; UnderstudyError if a function cannot use them."""
+        if inf in readings or -inf in readings:
+            readings = [nan if isinf(value) else value for value in readings]
         self.body.row, self.body.time_s = readings, now
         basic = self.interpreter.pulse(self._read_features(readings), now)
         active = self.interpreter.active
@@ -139,7 +142,7 @@ class ReferenceRun:
                 for index in self._functions:
                     column = read_feature_column(self._sensing.features[index], percept, agents=1)
                     values[index] = float(column[0])
-        is_of_kind = inf not in values and -inf not in values
+        is_of_kind = True
         for index, labels in self._labels:
             is_of_kind &= values[index] != values[index] or values[index] in labels
         return values if is_of_kind else self._sensing.columns(self.body.sense(())).T[0].tolist()  # refuses
@@ -307,6 +310,11 @@ def _list_example_rows(hierarchy: Hierarchy, library: Library) -> Iterator[list[
             yield rows[:MOST_RECORDED]
 
 
+def _write_number(value: float) -> str:
+    """Write a number as all languages of the targets read it; "inf" is no number in JavaScript."""
+    return repr(value).replace("inf", "Infinity")
+
+
 def format_conformance(
     conformance: Conformance, hierarchy: Hierarchy, names: Mapping[str, Mapping[str, str]]
 ) -> bytes:
@@ -318,7 +326,7 @@ def format_conformance(
     lines = [",".join(" ".join(each.replace(",", ";").split()) for each in columns)]
     for tick in conformance.ticks:
         values = [
-            "" if value != value else str(int(value)) if label else repr(value)
+            "" if value != value else str(int(value)) if label else _write_number(value)
             for value, label in zip(tick.readings, labels, strict=True)
         ]
         expected = tick.expected

@@ -155,6 +155,7 @@ def prepare_export(
         _check_single(to, find_target(to), body.tick_s)
         library, rounded = round_library(library, list_exported_automata(library, name))
     program, hierarchy = link_ground(library, name, binding, body)
+    find_target(to).check_size(hierarchy)
     conformance = make_conformance(program, hierarchy, library, single_precision=single_precision)
     return ExportJob(hierarchy, conformance, library, fingerprint, single_precision, robot, rounded)
 

@@ -15,16 +15,24 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from understudy.addons.export.decisions import Answer, Continuation, Step, ValueCondition
+from understudy.addons.export.export_size import (
+    MOST_BYTES,
+    MOST_RULES,
+    format_bytes,
+    measure_hierarchy,
+    refuse_size,
+)
 from understudy.addons.export.exported_trace import NO_TREE, format_trace_header
 from understudy.addons.export.hierarchy import GroundAutomaton, Hierarchy
 from understudy.addons.export.identifiers import make_identifiers
 from understudy.addons.export.javascript_text import JavaScriptText
 from understudy.addons.export.target_files import ExportJob
-from understudy.errors import DefinitionError
 from understudy.model.behaviors import StateEffect
 
 MOST_STATES = 10_000
 """The largest number of states of a statechart."""
+CHART = "a statechart"
+WRITTEN_OUT = "since every use of an automaton is written out, and the tree of every state in it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,18 +93,58 @@ class ChartState:
             yield from state.list_innermost()
 
 
-class Statechart:
-    """The statechart of a hierarchy: its root state, and the names and text that its conditions are made of."""
+def check_statechart_size(hierarchy: Hierarchy) -> None:
+    """Refuse a hierarchy of which the statechart would be too large, with DefinitionError."""
+    parts = _ChartParts(hierarchy)
+
+    def weigh(number: int, index: int, condition: ValueCondition) -> int | bool:
+        part = parts.write(condition, number, index, "")  # shorter than where it is nested
+        return part if isinstance(part, bool) else len(spell_part(part))
+
+    size = measure_hierarchy(hierarchy, weigh)
+    for count, most, of in (
+        (size.states, MOST_STATES, "states, since every use of an automaton is written out"),
+        (size.rules, MOST_RULES, f"transitions, {WRITTEN_OUT}"),
+    ):
+        if count > most:
+            raise refuse_size(hierarchy.name, CHART, f"{count} {of}", str(most))
+    if size.weight > MOST_BYTES:
+        text = f"{format_bytes(size.weight)} of conditions, {WRITTEN_OUT}"
+        raise refuse_size(hierarchy.name, CHART, text, format_bytes(MOST_BYTES))
+
+
+class _ChartParts:
+    """A writer of the parts of conditions of a hierarchy, with the identifiers of states."""
 
     def __init__(self, hierarchy: Hierarchy) -> None:
         self.hierarchy = hierarchy
         self.text = JavaScriptText(hierarchy)
-        self._states = [
+        self.states = [
             make_identifiers([state.name for state in each.states], what=f"states of {each.name!r}")
             for each in hierarchy.automata
         ]
+
+    def write(self, condition: ValueCondition, number: int, index: int, here: str) -> Part | bool:
+        """Write a question of a state, which is `here`, as a part of a condition, or its answer if it has only one."""
+        automata = self.hierarchy.automata
+        source = automata[number].features[condition.feature]
+        if source.sort != "flag":
+            return self.text.condition(condition, number, source)
+        is_raised = condition.low != 0.0
+        raising = tuple(
+            f"{here}.{self.states[below][automata[below].states[state].name]}"
+            for below, state in self.hierarchy.find_raising(number, index, source.index)
+        )
+        return FlagQuestion(raising, is_raised) if raising else not is_raised
+
+
+class Statechart:
+    """The statechart of a hierarchy: its root state, and the names and text that its conditions are made of."""
+
+    def __init__(self, hierarchy: Hierarchy) -> None:
+        self.hierarchy, self._parts = hierarchy, _ChartParts(hierarchy)
+        self.text, self._states = self._parts.text, self._parts.states
         self._remembers = [_needs_memory(each) for each in hierarchy.automata]
-        self._check_size()
         name = hierarchy.automata[hierarchy.root.index].name
         identifier = self.text.automata[name]
         index = hierarchy.root.index
@@ -124,19 +172,6 @@ class Statechart:
     def list_memory(self) -> list[int]:
         """List the automata that have something to remember, by index."""
         return [number for number, needed in enumerate(self._remembers) if needed]
-
-    def _check_size(self) -> None:
-        sizes: list[int] = []
-        for each in self.hierarchy.automata:
-            below = [sizes[state.child.index] for state in each.states if state.child.is_automaton]
-            sizes.append(len(each.states) + sum(below))
-        if sizes[self.hierarchy.root.index] > MOST_STATES:
-            raise DefinitionError(
-                what=f"automaton {self.hierarchy.name!r}",
-                problem=f"as a statechart it has {sizes[self.hierarchy.root.index]} states, since every use of an "
-                f"automaton is written out; at most {MOST_STATES} are",
-                remedy="export it to c99, python or json",
-            )
 
     def _memory(self, number: int) -> int | None:
         return number if self._remembers[number] else None
@@ -228,26 +263,13 @@ class Statechart:
             elif isinstance(step, Continuation):
                 waiting.append((routines[step.routine], parts))
             else:
-                part = self._part(step.condition, number, index, here)
+                part = self._parts.write(step.condition, number, index, here)
                 if part is not True:
                     waiting.append((step.no, parts))
                 if part is True:
                     waiting.append((step.yes, parts))
                 elif part is not False:
                     waiting.append((step.yes, (*parts, part)))
-
-    def _part(self, condition: ValueCondition, number: int, index: int, here: str) -> Part | bool:
-        """Write a question as a part of a condition, or say what its answer always is."""
-        automaton = self.hierarchy.automata[number]
-        source = automaton.features[condition.feature]
-        if source.sort != "flag":
-            return self.text.condition(condition, number, source)
-        is_raised, automata = condition.low != 0.0, self.hierarchy.automata
-        raising = tuple(
-            f"{here}.{self._states[below][automata[below].states[state].name]}"
-            for below, state in self.hierarchy.find_raising(number, index, source.index)
-        )
-        return FlagQuestion(raising, is_raised) if raising else not is_raised
 
 
 def _needs_memory(automaton: GroundAutomaton) -> bool:

@@ -1,5 +1,7 @@
 """Walks through a hierarchy for a conformance file: readings at the boundaries of trees, absent values, seams.
 
+Every reading that is a number is also infinite, with both signs, which an export must take as absent.
+
 A walk often aims at a question that has not been asked with the values at both its sides, and sets the readings that
 lead there. Otherwise it changes readings at random.
 """
@@ -37,6 +39,13 @@ class ReadingWalk:
         self.hierarchy, self.random, self._single = hierarchy, random, single_precision
         self.values = [self._list_values(slot) for slot in range(len(hierarchy.readings))]
         self.row = [random.choice(values) for values in self.values]
+        self._numbers = [
+            slot
+            for slot, reading in enumerate(hierarchy.readings)
+            if not isinstance(reading.kind, Categorical)
+        ]
+        self._infinite = [(slot, end) for slot in self._numbers for end in (inf, -inf)]
+        random.shuffle(self._infinite)
         self.paths: dict[tuple[int, int], list[list[tuple[int, int]]]] = {}
         self.leaves: set[tuple[int, int, int]] = set()
         self.boundaries: set[Boundary] = set()
@@ -53,9 +62,7 @@ class ReadingWalk:
         for boundary in self.boundaries:
             self.waiting.setdefault(boundary[:2], set()).add(boundary)
         self.indices = {each.name: number for number, each in enumerate(hierarchy.automata)}
-        self._numbers: dict[
-            Instance, int
-        ] = {}  # the same by instance, without writing its name at every query
+        self._by_instance: dict[Instance, int] = {}  # without writing its name at every query
 
     def _add_tree(self, number: int, index: int, automaton: GroundAutomaton, tree: Tree) -> None:
         self.paths[number, index] = _find_paths(tree)
@@ -113,7 +120,10 @@ class ReadingWalk:
         if boundary is None:
             for slot, values in enumerate(self.values):
                 if self.random.random() < CHANGED:
-                    self.row[slot] = self.random.choice(values)
+                    self._set(slot, self.random.choice(values))
+            if self._infinite:  # once for sure
+                slot, end = self._infinite.pop()
+                self.row[slot] = end
         else:
             self._aim(boundary)
         return tuple(self.row)
@@ -145,8 +155,14 @@ class ReadingWalk:
                 x for x in self.values[slot] if all(find_child(node, x) == child for node, child in steps)
             ]
             if fitting:
-                self.row[slot] = self.random.choice(fitting)
-        self.row[automaton.features[tree.nodes[at].feature].index] = nan if value == inf else value
+                self._set(slot, self.random.choice(fitting))
+        self._set(automaton.features[tree.nodes[at].feature].index, nan if value == inf else value)
+
+    def _set(self, slot: int, value: float) -> None:
+        """Set a reading; a number that is absent is infinite now and then."""
+        if value != value and slot in self._numbers:
+            value = self.random.choice((nan, inf, -inf))
+        self.row[slot] = value
 
     def note(self, machine: RunningAutomaton, state: int, values: Sequence[float]) -> None:
         """Note what a query reached: the leaf, and boundaries on the way."""
@@ -165,14 +181,14 @@ class ReadingWalk:
             self.reached.add((number, index, at))
 
     def _find_number(self, instance: Instance) -> int:
-        if instance not in self._numbers:
-            self._numbers[instance] = self.indices[str(instance)]
-        return self._numbers[instance]
+        if instance not in self._by_instance:
+            self._by_instance[instance] = self.indices[str(instance)]
+        return self._by_instance[instance]
 
 
 def find_child(node: Node, x: float) -> int:
     """Return the child of a node that a value leads to, or STAY."""
-    if x != x:
+    if not isfinite(x):
         return node.yes if node.test == TestKind.ABSENT else node.absent
     if node.test == TestKind.LABEL:
         return node.branches[int(x)]

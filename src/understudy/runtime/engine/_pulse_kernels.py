@@ -27,6 +27,7 @@ FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
 OWN_SOURCE_BITS = 3
 SET, ADD, CLOCK = 0, 1, 2
 ASKED = -(2**31)
+LARGEST = 1.7976931348623157e308
 
 
 @njit_inlined
@@ -75,7 +76,7 @@ def query_tree(
         present = (
             node.inside if (node.low <= x) & (x < node.high) else node.outside
         )  # quicker without a branch
-        asks = present if x == x else node.absent
+        asks = present if abs(x) <= LARGEST else node.absent  # which is false for NaN and what is infinite
     return asks
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.features import ReadingKey
-from understudy.model.value_kinds import YES, Column
+from understudy.model.value_kinds import YES, Column, clear_infinite
 from understudy.runtime.team.members import MemberGroup, Membership
 
 ORDER_BYTES = 12
@@ -147,7 +147,7 @@ class MemberReports:
         values = np.full(len(self.roster), np.nan)
         for band, (there, rows) in zip(self.bands, self._of_band, strict=True):
             if key in band.layer.percept:
-                values[there] = np.asarray(band.layer.percept[key])[rows]
+                values[there] = clear_infinite(np.asarray(band.layer.percept[key])[rows])
         return self._through(key, values, now)
 
     def flags(self, flag: str, answering: Column, issued: Column, now: float) -> Column:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from xml.etree.ElementTree import indent, tostring
 
 from understudy.addons.export.condition_text import INDENT
+from understudy.addons.export.export_size import check_bytes
 from understudy.addons.export.exported_trace import format_trace_header
 from understudy.addons.export.target_files import (
     TEMPLATES,
@@ -16,7 +17,7 @@ from understudy.addons.export.target_files import (
     fill_templates,
 )
 from understudy.addons.export.targets.btcpp_nodes import NodeWriter
-from understudy.addons.export.targets.btcpp_tree import TreeWriter
+from understudy.addons.export.targets.btcpp_tree import WHAT, TreeWriter
 from understudy.addons.export.targets.c99_source import write_comment
 from understudy.addons.export.targets.cpp_names import TreeNames, name_for_trees
 from understudy.addons.export.targets.python_module import ARITHMETIC, PythonSource
@@ -40,7 +41,9 @@ def make_btcpp_files(job: ExportJob) -> TargetFiles:
     trees.append(nodes.write_models())
     indent(trees)
     files = {
-        f"{p}.xml": tostring(trees, encoding="utf-8", xml_declaration=True) + b"\n",
+        f"{p}.xml": check_bytes(
+            job.hierarchy.name, WHAT, tostring(trees, encoding="utf-8", xml_declaration=True) + b"\n"
+        ),
         f"{p}.hpp": fill_template("btcpp/nodes.hpp.in", values),
         "understudy_nodes.hpp": (TEMPLATES / "btcpp" / "understudy_nodes.hpp").read_bytes(),
         "conformance.py": fill_template("btcpp/conformance.py.in", values),

@@ -98,13 +98,14 @@ class NodeWriter:
         yield from (
             "};",
             "",
-            "/* Put one snapshot on the blackboard, before every tick. `now` is in seconds. */",
+            "/* Put one snapshot on the blackboard, before every tick. `now` is in s; what is infinite is absent. */",
         )
         yield "inline void write_readings(BT::Blackboard &board, const readings &r, double now)"
         yield from ("{", f'{INDENT}(void)r;\n{INDENT}board.set("now", now);')
         for slot in hierarchy.readings:
             called = names.readings[str(slot)]
-            yield f'{INDENT}board.set("{called}", r.{called});'
+            value = f"r.{called}" if isinstance(slot.kind, Categorical) else f"finite_or_absent(r.{called})"
+            yield f'{INDENT}board.set("{called}", {value});'
         yield "}"
 
     def write_classes(self) -> Iterator[str]:

@@ -20,6 +20,7 @@ from understudy.addons.export.decisions import (
     TreeRoutines,
     ValueCondition,
 )
+from understudy.addons.export.export_size import MOST_NESTED, MOST_RULES, measure_hierarchy, refuse_size
 from understudy.addons.export.hierarchy import FeatureSource, Hierarchy
 from understudy.addons.export.targets.cpp_names import TreeNames, is_measured
 from understudy.model.tree import STAY
@@ -39,6 +40,23 @@ def write_script_real(value: float) -> str:
     """Write a number as scripts read it; they have no infinite one."""
     text = repr(copysign(LARGEST, value) if isinf(value) else float(value))
     return text if "." in text else text.replace("e", ".0e")
+
+
+WHAT = "a behavior tree"
+
+
+def check_tree_size(hierarchy: Hierarchy) -> None:
+    """Refuse a hierarchy of which the behavior tree would be too large, with DefinitionError.
+
+    A file holds each tree once, but a program that loads it makes nodes of every use.
+    """
+    size = measure_hierarchy(hierarchy, lambda number, state, condition: 1)
+    if size.rules > MOST_RULES:
+        each = "since every use of an automaton, and the tree of every state in it, becomes nodes of its own"
+        raise refuse_size(hierarchy.name, WHAT, f"{size.rules} ends of decisions, {each}", str(MOST_RULES))
+    if size.nested > MOST_NESTED:
+        has = f"{size.nested} questions in one another, such as those for each label of a reading"
+        raise refuse_size(hierarchy.name, WHAT, has, str(MOST_NESTED))
 
 
 SPELLING = Spelling(*C_WORDS[:3], "true", "false", write_script_real, str, str)

@@ -33,6 +33,12 @@ MADE = (
 ZEPHYR = ("CMakeLists.txt", "prj.conf", "src/main.c")
 """The files of a program for Zephyr."""
 
+BITS = {
+    "float": {"bits": "uint32_t", "but_sign": "0x7fffffffUL", "infinity": "0x7f800000UL"},
+    "double": {"bits": "uint64_t", "but_sign": "0x7fffffffffffffffULL", "infinity": "0x7ff0000000000000ULL"},
+}
+"""The bits of each type of numbers: whole numbers as large, all bits but the sign, and those of infinity."""
+
 MOST_EMBEDDED_BYTES = 14_000
 """The space for conformance rows in the flash of an ATmega328P, beside the program."""
 
@@ -260,7 +266,8 @@ class CCode:
     def _list_helpers(self, body: str) -> Iterator[str]:
         """Yield the functions of the template that a body calls."""
         real, f = ("float", "f") if self.single else ("double", "")
-        for helper in fill_template("c99/helpers.c.in", {"real": real, "f": f}).decode().split("\n\n"):
+        values = {"real": real, "f": f, **BITS[real]}
+        for helper in fill_template("c99/helpers.c.in", values).decode().split("\n\n"):
             match = re.search(r"\w+\(", helper)
             if match is not None and (f" {match[0]}" in body or f"({match[0]}" in body):
                 yield f"{helper.rstrip()}\n"
@@ -295,8 +302,21 @@ class CCode:
             "",
         )
         yield f"uint8_t {p}_step({p}_machine *m, const {p}_readings *r, {p}_time now, {p}_commands *commands)"
+        numbers = [
+            self.names.readings[str(slot)]
+            for slot in hierarchy.readings
+            if not isinstance(slot.kind, Categorical)
+        ]
         yield from ("{", f"{INDENT}uint8_t basic;")
+        if numbers:
+            yield f"{INDENT}{p}_readings present;"
         yield from (f"#ifdef {p.upper()}_TRACE", f"{INDENT}m->traced = 0;", "#endif")
+        if numbers:
+            questions = f" ||\n{INDENT * 2}".join(f"is_infinite(&r->{each})" for each in numbers)
+            yield f"{INDENT}if ({questions}) {{ /* which is absent, like NaN */"
+            yield f"{INDENT * 2}present = *r;"
+            yield from (f"{INDENT * 2}make_absent(&present.{each});" for each in numbers)
+            yield from (f"{INDENT * 2}r = &present;", f"{INDENT}}}")
         yield f"{INDENT}basic = pulse_{root}(m, r, now);"
         if hierarchy.is_coordinator:
             order, issued = (self.names.channels[channel.name] for channel in hierarchy.channels)

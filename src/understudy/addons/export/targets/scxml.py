@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from understudy.addons.export.export_size import check_bytes
 from understudy.addons.export.javascript_text import FAILED, write_number
 from understudy.addons.export.statechart import (
+    CHART,
     ChartState,
     ChartTransition,
     Statechart,
@@ -40,7 +42,7 @@ def make_scxml_files(job: ExportJob) -> TargetFiles:
             for each in hierarchy.functions_to_write
         ),
     }
-    files = {name: _ScxmlDocument(job, chart).write()}
+    files = {name: check_bytes(hierarchy.name, CHART, _ScxmlDocument(job, chart).write())}
     files["states.json"] = format_json(describe_states(job, chart))
     templates = ("Makefile", "README.md", "package.json", "conformance.cjs", "conformance.cpp")
     files |= fill_templates("scxml", values, *templates)

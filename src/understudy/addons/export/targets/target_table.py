@@ -11,6 +11,7 @@ from understudy.entry_points import EXPORT_TARGETS, list_entry_points, load_inst
 from understudy.errors import UnknownName
 
 if TYPE_CHECKING:
+    from understudy.addons.export.hierarchy import Hierarchy
     from understudy.addons.export.target_files import ExportJob, TargetFiles
 
 ROWS = "conformance.csv"
@@ -29,10 +30,31 @@ class ExportTarget:
         `UnderstudyError` that names the part of the automaton. It is called in any thread, once for each export.
     single_precision
         Whether jobs in single precision are accepted, too.
+    check
+        Function that raises an `UnderstudyError` for a `Hierarchy` that would be too large, or its place. It is called
+        before the conformance rows are answered, which takes a while where trees are large. None: all are taken.
     """
 
     function: Callable[[ExportJob], TargetFiles] | str
     single_precision: bool = False
+    check: Callable[[Hierarchy], None] | str | None = None
+
+    def check_size(self, hierarchy: Hierarchy) -> None:
+        """Refuse a hierarchy that would be too large for the target.
+
+        Parameters
+        ----------
+        hierarchy
+            What is to be exported.
+
+        Raises
+        ------
+        DefinitionError
+            If it is too large; it says of what there is how much.
+        """
+        if self.check is not None:
+            check = resolve_name(self.check) if isinstance(self.check, str) else self.check
+            check(hierarchy)
 
     def load(self) -> Callable[[ExportJob], TargetFiles]:
         """Import the function.
@@ -65,13 +87,14 @@ class ExportTarget:
 
 
 HERE = "understudy.addons.export.targets"
+CHART_SIZE = "understudy.addons.export.statechart:check_statechart_size"
 TARGETS: Mapping[str, ExportTarget] = {
     "c99": ExportTarget(f"{HERE}.c99:make_c99_files", single_precision=True),
     "python": ExportTarget(f"{HERE}.python_module:make_python_files"),
-    "scxml": ExportTarget(f"{HERE}.scxml:make_scxml_files"),
-    "xstate": ExportTarget(f"{HERE}.xstate:make_xstate_files"),
+    "scxml": ExportTarget(f"{HERE}.scxml:make_scxml_files", check=CHART_SIZE),
+    "xstate": ExportTarget(f"{HERE}.xstate:make_xstate_files", check=CHART_SIZE),
     "json": ExportTarget(f"{HERE}.json_documents:make_json_files"),
-    "btcpp": ExportTarget(f"{HERE}.btcpp:make_btcpp_files"),
+    "btcpp": ExportTarget(f"{HERE}.btcpp:make_btcpp_files", check=f"{HERE}.btcpp_tree:check_tree_size"),
     "ros2": ExportTarget(f"{HERE}.ros2:make_ros2_files"),
 }
 """The built-in targets by name."""

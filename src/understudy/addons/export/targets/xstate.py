@@ -6,7 +6,9 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+from understudy.addons.export.export_size import check_bytes
 from understudy.addons.export.statechart import (
+    CHART,
     ChartState,
     ChartTransition,
     FlagQuestion,
@@ -40,7 +42,7 @@ def make_xstate_files(job: ExportJob) -> TargetFiles:
         ),
     }
     files = {
-        "machine.json": format_json(config),
+        "machine.json": check_bytes(hierarchy.name, CHART, format_json(config)),
         "states.json": format_json(describe_states(job, chart)),
         "machine.mjs": fill_template("xstate/machine.mjs.in", values),
         **fill_templates("xstate", values, "Makefile", "README.md", "package.json", "conformance.mjs"),

@@ -1,5 +1,5 @@
 function number(x) {
-  return typeof x === "number" ? x : NaN;
+  return typeof x === "number" && isFinite(x) ? x : NaN;
 }
 
 function absent(x) {

@@ -15,6 +15,7 @@ for (const file of readdirSync(join(folder, "library"))) {
 }
 
 const absent = (x) => x !== x;
+const finite = (x) => (Number.isFinite(x) ? x : NaN); // what is infinite is absent
 
 // A binding refers to parameters of the automaton around it, or to targets.
 function substitute(binding, around) {
@@ -62,10 +63,9 @@ function evaluate(expression, binding, readings) {
 }
 
 function fit(kind, x) {
-  if (!Number.isFinite(x)) return NaN;
-  if (kind === "boolean" || kind.startsWith("categorical")) return x;
+  if (kind === "boolean" || kind.startsWith("categorical")) return finite(x);
   const period = kind.startsWith("toroidal(") ? Number(kind.slice(9, -1)) : 0;
-  if (!period) return x;
+  if (!period) return finite(x);
   const wrapped = x % period < 0 ? (x % period) + period : x % period;
   return wrapped >= period ? 0 : wrapped;
 }
@@ -175,7 +175,7 @@ for (const line of lines) {
   const now = Number(fields[1]);
   const readings = {};
   parts.readings.forEach((name, index) => {
-    readings[name] = fields[2 + index] === "" ? NaN : Number(fields[2 + index]);
+    readings[name] = fields[2 + index] === "" ? NaN : finite(Number(fields[2 + index]));
   });
   if (fields[0] === "1") root = new Running(parts.root, parts.binding, now);
   const trace = [], path = [], flags = [];

@@ -19,6 +19,14 @@ static QByteArray read(const char *name)
     return file.readAll();
 }
 
+static double parse(const QByteArray &field)
+{
+    using Double = std::numeric_limits<double>;
+    if (field.isEmpty()) return Double::quiet_NaN();
+    if (field.endsWith("Infinity")) return field.startsWith('-') ? -Double::infinity() : Double::infinity();
+    return field.toDouble(); // in any language of the system
+}
+
 static QByteArray join(const QJsonArray &numbers, int added)
 {
     QByteArrayList texts;
@@ -57,10 +65,7 @@ int main(int argc, char **argv)
         const QByteArrayList fields = lines[line].split(',');
         const double now = fields[1].toDouble();
         QVariantMap readings;
-        for (qsizetype index = 0; index < names.size(); index++) {
-            const QByteArray &field = fields[2 + index];
-            readings[names[index]] = field.isEmpty() ? std::numeric_limits<double>::quiet_NaN() : field.toDouble();
-        }
+        for (qsizetype index = 0; index < names.size(); index++) readings[names[index]] = parse(fields[2 + index]);
         if (fields[0] == "1") send(*chart, "start", {{QStringLiteral("now"), now}});
         send(*chart, "tick", {{QStringLiteral("now"), now}, {QStringLiteral("readings"), readings}});
 
