@@ -245,7 +245,7 @@ def _list_unsupported_presses(state: StateAnalysis) -> Iterator[int]:
     def is_supported(chosen: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
         near = state.distances.compute(values[chosen, None], values[others]) < NEARBY
         near &= (outcomes[chosen, None] == outcomes[others]) & (chosen[:, None] != others)
-        return near.any(axis=1)
+        return np.asarray(near.any(axis=1), np.bool_)
 
     for first in range(0, len(rows), FEW):
         chosen = np.arange(first, min(first + FEW, len(rows)))

@@ -89,7 +89,8 @@ class Kernel(Generic[P, R]):
             from understudy.jit.dispatchers import make_dispatcher
 
             self.run = make_dispatcher(self.function)
-        return self(*args)
+        result: R = self.run(*args)
+        return result
 
     def run_plain(self, *args: Any) -> Any:
         """Run it as plain Python, which refuses an index below 0 or beyond an array's end."""

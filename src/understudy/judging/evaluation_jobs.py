@@ -104,7 +104,7 @@ def run_in_jobs(
         progress(0, len(seeds))
         return _collect(parts, _iterate_completed(_submit(executor, parts)), len(seeds), progress)
     check_pickling(task)
-    parts: list[EvaluationJob] = []
+    parts = []
     progress(0, len(seeds))
     with closing(_run_here_or_in_processes(task, seeds, jobs, parts, clock)) as completed:
         return _collect(parts, completed, len(seeds), progress)

@@ -24,6 +24,7 @@ from understudy.learning._split_kernels import (
     WATCHED,
     Bools,
     Floats,
+    Indices,
     Ints,
     count_outcomes,
     count_present,
@@ -51,7 +52,7 @@ def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -
 
 
 @inner
-def partition_rows(order: Ints, side: Ints, sizes: Ints, buffer: Ints) -> None:
+def partition_rows(order: Indices, side: Ints, sizes: Ints, buffer: Indices) -> None:
     """Reorder the examples in every row by child, keeping each child's examples sorted."""
     if len(sizes) == 2:
         for row in order:
@@ -140,7 +141,7 @@ def find_quiet_side(
 
 @njit_entry()
 def grow_nodes(
-    columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int, quiet: int,
+    columns: Floats, order: Indices, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int, quiet: int,
     watched: bool, flags: Bools, table: Ints,
 ) -> tuple[Ints, Floats]:  # fmt: skip
     """Grow a tree; return its nodes, and the values on either side of both ends of their cuts.

@@ -6,6 +6,7 @@ in fixed point (`UNIT` is one bit), sums of it are updated while a cut moves, an
 """
 
 from math import floor, isnan
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from understudy.jit.decorators import njit_inner
 inner = njit_inner()
 
 Ints = NDArray[np.int64]
+Indices = NDArray[Any]
+"""Unsigned numbers of 32 bits: compiled code need not ask whether they are negative, and half the memory is read."""
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 

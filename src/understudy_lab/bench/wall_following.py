@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ def drive_along_walls(rows: int = ROWS, *, seed: int = 0) -> tuple[NDArray[np.fl
     return values, actions
 
 
-def measure_distances(x: float, y: float, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+def measure_distances(x: float, y: float, angles: NDArray[Any]) -> NDArray[np.float64]:
     """Measure the distance (m) from a place to the nearest wall in each direction (rad), `FARTHEST_M` at most."""
     from_x, from_y, to_x, to_y = WALLS.T
     along = np.cos(angles)[:, None], np.sin(angles)[:, None]
@@ -68,7 +69,7 @@ def measure_distances(x: float, y: float, angles: NDArray[np.float64]) -> NDArra
     distance = (away[0] * wall[1] - away[1] * wall[0]) / cross
     place = (away[0] * along[1] - away[1] * along[0]) / cross
     hit = (distance > 0) & (place >= 0) & (place <= 1)
-    return np.min(np.where(hit, distance, FARTHEST_M), axis=1)
+    return np.asarray(np.min(np.where(hit, distance, FARTHEST_M), axis=1), np.float64)
 
 
 def decide(distances: NDArray[np.float64]) -> int:
