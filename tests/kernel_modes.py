@@ -110,6 +110,9 @@ def _grow(number: int) -> bytes:
         )
         for shown, flags in ((outcomes, ()), (outcomes, (1,)), (apart, (3,)))
     ]
+    pressed = np.minimum(np.array(groups), 1)
+    trees += [grow_tree(np.array(values), np.array(outcomes), pressed, kinds, states=4, current=0)]
+    trees += [grow_tree(np.array(values)[:, 1:2], np.array(outcomes), pressed, [Continuous()], states=4)]
     return repr(
         [*trees, _limit_decisions(random), *(_tell_two_flags_apart(each) for each in (False, True))]
     ).encode()

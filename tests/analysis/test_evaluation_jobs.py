@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,12 @@ import submitit
 from submitit.helpers import DelayedSubmission
 from tests.analysis.own_bodies import LIBRARY, Carts, divide_by_seed, make_cart_but_the_third, measure_way
 
+from understudy.judging import evaluation_jobs
 from understudy.judging.evaluate import evaluate, make_evaluation_task
 from understudy.judging.evaluation import Evaluation
 from understudy.judging.evaluation_jobs import EvaluationJob, divide
 from understudy.judging.evaluation_task import EvaluationFailed
+from understudy.judging.rollout import skip_progress
 
 SEEDS = range(6)
 OPTIONS: dict[str, Any] = {
@@ -39,7 +41,9 @@ def assert_same(found: Evaluation, expected: Evaluation) -> None:
 
 
 @pytest.mark.long
-def test_two_processes_find_what_one_does() -> None:
+def test_two_processes_find_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation_jobs, "TRIAL_S", 0.0)
+    monkeypatch.setattr(evaluation_jobs, "STARTUP_S", -1.0)
     calls = list[tuple[int, int]]()
     expected = evaluate_carts()
     assert 0 < expected.success < 1
@@ -47,6 +51,51 @@ def test_two_processes_find_what_one_does() -> None:
     found = evaluate_carts(jobs=2, progress=lambda done, total: calls.append((done, total)))
     assert_same(found, expected)
     assert calls == [(done, 6) for done in range(7)]
+
+
+SHARED = [  # seconds of the first worlds and of each other one, worlds, jobs, cores; processes, worlds here
+    (0.5, 0.02, 200, 8, 8, 1, 200),  # short: no process is started
+    (3.0, 0.02, 200, 8, 8, 1, 200),  # kernels are loaded at first: no sign that the work is long
+    (0.5, 1.0, 200, 8, 4, 4, 4),  # long: no more processes than cores
+    (0.5, 1.0, 200, 2, 8, 2, 4),
+    (0.5, 1.0, 200, 8, 1, 1, 200),  # a single core
+    (0.5, 1.0, 5, 8, 8, 1, 5),
+]
+
+
+@pytest.mark.parametrize(("first_s", "each_s", "worlds", "jobs", "cores", "processes", "here"), SHARED)
+def test_processes_are_started_only_where_they_save_time(
+    first_s: float,
+    each_s: float,
+    worlds: int,
+    jobs: int,
+    cores: int,
+    processes: int,
+    here: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now_s, most, ran_here = 0.0, 0, 0
+
+    def run_at_once(
+        calls: list[EvaluationJob], *, jobs: int
+    ) -> Generator[tuple[int, Future[Any]], None, None]:
+        nonlocal now_s, most, ran_here
+        most = max(most, jobs)
+        for number, call in enumerate(calls):
+            now_s += first_s if not ran_here else each_s * len(call.seeds)
+            ran_here += len(call.seeds) if jobs == 1 else 0
+            future = Future[Any]()
+            future.set_result(call())
+            yield number, future
+
+    monkeypatch.setattr(evaluation_jobs, "run_calls", run_at_once)
+    monkeypatch.setattr(evaluation_jobs, "count_cores", lambda: cores)
+    task = make_evaluation_task(LIBRARY, "approach", Carts, limit_s=0.5)
+    found = evaluation_jobs.run_in_jobs(
+        task, range(worlds), jobs=jobs, executor=None, progress=skip_progress, clock=lambda: now_s
+    )
+    assert found.seeds == tuple(range(worlds))
+    assert (most, ran_here) == (processes, here)
 
 
 @pytest.mark.parametrize("jobs", [1, 4, 20])

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from tests.make.goto_sessions import GOTO, Row, make_goto_session
 
+from understudy.coaching import advice
 from understudy.coaching.advice import MOST_SLIPS, Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice
+from understudy.coaching.lesson_analysis import LessonAnalysis
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import find_mislabels
 from understudy.model.lesson import Lesson
@@ -94,3 +97,27 @@ def test_a_press_recorded_in_a_flag_state_may_be_a_slip_too() -> None:
     (asked,) = slips_of(lesson)
     assert (asked.state, asked.examples) == ("done", (8,))
     assert asked.sentence.startswith("Did you mean this in state done when A is ")
+
+
+def test_in_a_large_lesson_no_slips_are_looked_for_and_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    lesson = make_goto_session((*FAR, *NEAR, SLIP))
+    monkeypatch.setattr(advice, "MOST_COMPARED", 8)
+    assert not slips_of(lesson)
+    (said,) = [each.sentence for each in give_advice(lesson, learn(lesson)) if "no slips" in each.sentence]
+    assert (
+        said == "I looked for no slips: 9 presses are too many to compare each with all others (8 at most)."
+    )
+
+
+def test_presses_without_support_are_the_same_however_few_are_compared_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    draws = np.random.default_rng(3)
+    rows = [row_of(float(draws.uniform(0, 4)), float(draws.uniform(0, 360)), draws) for _ in range(60)]
+    lesson = make_goto_session(tuple(rows))
+    found = []
+    for few in (1, 7, 64):
+        monkeypatch.setattr(advice, "FEW", few)
+        state = LessonAnalysis(lesson, learn(lesson)).states["forward"]
+        found.append(list(advice._list_unsupported_presses(state)))
+    assert found[0] == found[1] == found[2] != []

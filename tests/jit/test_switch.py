@@ -20,6 +20,7 @@ from understudy.jit import cache, switch
 from understudy.jit.decorators import Kernel
 from understudy.jit.dispatchers import make_dispatcher
 from understudy.jit.settings import AUTO, MODE
+from understudy.learning._linalg_kernels import invert_matrix
 from understudy.ui.cli.progress_bar import show_progress
 
 ROOT = Path(__file__).parents[2]
@@ -216,3 +217,13 @@ def test_a_forked_process_loads_kernels_by_itself(tmp_path: Path) -> None:
     assert (
         subprocess.run(end_with_tests([sys.executable, "-c", code]), env=given, check=False).returncode == 0
     )
+
+
+def test_long_work_waits_for_the_compiler() -> None:
+    kernel = anew(invert_matrix)
+    matrix = np.eye(3) * 2.0
+    plain = kernel(matrix)
+    assert not kernel.is_compiled(matrix)
+    assert (kernel.run_long(matrix) == plain).all()
+    assert kernel.run is make_dispatcher(kernel.function)
+    anew(kernel)

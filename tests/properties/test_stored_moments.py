@@ -130,7 +130,7 @@ def test_what_breaks_on_the_way_says_why() -> None:
 
     def read_worn_sensor(robot: ReadingsView) -> Column:
         calls.append(robot)
-        return np.full(1, np.inf if len(calls) > 5 else 1.0)
+        return np.full(2 if len(calls) > 5 else 1, 1.0)
 
     feature = BoundFeature(Feature("worn", Continuous(), function=read_worn_sensor))
     cut = Tree((Node(TestKind.BELOW, 0, high=9.0, yes=1, no=2), make_leaf(1), make_leaf(2)))

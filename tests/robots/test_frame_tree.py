@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from math import nan, pi, sqrt
+from math import atan2, cos, inf, nan, pi, sqrt
 from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
@@ -58,6 +62,13 @@ CHAINS = [  # transforms, and the pose of base_link in map
     ([("odom", "base_link", 1.0, 2.0, AHEAD)], None),  # nobody says where odom is in map
     ([("map", "odom", 1.0, 2.0, AHEAD), ("odom", "map", 1.0, 2.0, AHEAD)], None),
     ([("base_link", "base_link", 1.0, 2.0, AHEAD)], None),  # a circle
+    ([("base_link", "map", -2.0, 0.0, AHEAD)], (2.0, 0.0, 0.0)),  # odometry with the robot as the parent
+    ([("base_link", "map", -2.0, 0.0, LEFT)], (0.0, -2.0, 3 * pi / 2)),
+    ([("base_link", "odom", 1.0, 0.0, AHEAD), ("odom", "map", 0.0, 2.0, AHEAD)], (-1.0, -2.0, 0.0)),
+    ([("world", "map", 0.0, 0.0, AHEAD), ("world", "base_link", 3.0, 0.0, AHEAD)], (3.0, 0.0, 0.0)),
+    ([("world", "map", 1.0, 0.0, LEFT), ("world", "base_link", 1.0, 2.0, AHEAD)], (2.0, 0.0, 3 * pi / 2)),
+    ([("map", "base_link", 1.0, 2.0, AHEAD), ("base_link", "map", 5.0, 5.0, AHEAD)], (1.0, 2.0, 0.0)),  # both
+    ([("earth", "map", 1.0, 2.0, AHEAD), ("base_link", "laser", 3.0, 0.0, AHEAD)], None),  # two trees
     ([("map", "base_link", nan, 2.0, AHEAD)], None),
     ([("map", "base_link", 1.0, 2.0, (0.0, 0.0, 0.0, 0.0))], None),
 ]
@@ -69,6 +80,67 @@ def test_a_pose_is_what_the_chain_of_frames_says(links: list[Any], pose: tuple[f
     tree.update(transforms(*(transform(*link) for link in links)), 7.0)
     found = tree.locate("map", "base_link")
     assert found == (None if pose is None else pytest.approx((*pose, 7.0)))
+
+
+numbers = st.floats(-9.0, 9.0)
+turns = st.tuples(numbers, numbers, numbers, numbers).filter(
+    lambda turn: sum(part * part for part in turn) > 0.1
+)
+
+
+def compute_matrix(place: tuple[float, ...], turn: tuple[float, ...]) -> NDArray[np.float64]:
+    """Compute the homogeneous matrix [4, 4] of a frame in its parent."""
+    x, y, z, w = np.array(turn) / np.linalg.norm(turn)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += 2 * w * cross + 2 * cross @ cross  # Rodrigues' formula
+    matrix[:3, 3] = place
+    return matrix
+
+
+@given(
+    parents=st.lists(st.integers(0, 9), min_size=1, max_size=9),
+    data=st.data(),
+)
+def test_poses_in_random_trees_are_those_of_homogeneous_matrices(
+    parents: list[int], data: st.DataObject
+) -> None:
+    """Frame n + 1 is in one of the frames 0 to n. The age is that of the oldest transform on the way between two."""
+    tree, in_root, age, above = FrameTree(), {0: np.eye(4)}, {0: inf}, {0: [0]}
+    for child, number in enumerate(parents, 1):
+        parent = number % child
+        place, turn = data.draw(st.tuples(numbers, numbers, numbers)), data.draw(turns)
+        age[child] = data.draw(st.sampled_from([1.0, 2.0, 3.0, inf]))
+        unit = np.array(turn) / np.linalg.norm(turn)
+        message = transform(f"f{parent}", f"f{child}", *place[:2], tuple(unit.tolist()))
+        message.transform.translation.z = place[2]
+        tree.update(transforms(message), age[child])
+        in_root[child] = in_root[parent] @ compute_matrix(place, turn)
+        above[child] = [child, *above[parent]]
+    fixed, frame = (data.draw(st.sampled_from(sorted(in_root))) for _ in range(2))
+    found = tree.locate(f"f{fixed}", f"f{frame}")
+    if fixed == frame:
+        assert found is None
+        return
+    expected = np.linalg.inv(in_root[fixed]) @ in_root[frame]
+    assert found is not None
+    assert found[:2] == pytest.approx(expected[:2, 3], abs=1e-6)
+    ahead = expected[:2, 0]
+    assume(np.linalg.norm(ahead) > 1e-3)  # it looks straight up or down: no heading
+    assert cos(found.heading - atan2(ahead[1], ahead[0])) == pytest.approx(1.0, abs=1e-6)
+    assert found.at_s == min(age[name] for name in {*above[fixed]} ^ {*above[frame]})
+
+
+def test_a_pose_from_inverted_and_static_transforms_is_as_old_as_the_odometry() -> None:
+    wire = Wire()
+    senses = SensorInputs(ROBOT, wire)
+    wire.deliver("/tf_static", encode(transform("world", "map", 1.0, 0.0)), 0.0)
+    wire.deliver("/tf", encode(transform("base_link", "odom", -2.0, 0.0)), 10.0)
+    assert senses.value("x", 10.1) != senses.value("x", 10.1)  # absent: nobody says where odom is
+    wire.deliver("/tf_static", encode(transform("odom", "world", -4.0, 0.0)), 10.4)
+    wire.deliver("/tf", encode(transform("base_link", "odom", -2.5, 0.0)), 10.5)
+    assert senses.value("x", 10.9) == 5.5
+    assert senses.value("x", 11.1) != senses.value("x", 11.1)
 
 
 def test_made_up_frames_do_not_fill_the_memory() -> None:

@@ -27,6 +27,10 @@ from understudy.model.tree_regions import Box
 from understudy.model.value_kinds import Categorical
 from understudy.training.feature_values import compute_example_values, list_steady_kit_readings
 
+FEW = 64
+"""The number of presses with which a press of a large lesson is compared first."""
+MOST_COMPARED = 600
+"""The largest number of presses of which each is compared with all others, which takes the cube of their number."""
 MOST_SLIPS = 3
 """The number of likely slips that are listed at once: a person who is asked about more stops reading."""
 MOST_ADVICE = 2
@@ -180,6 +184,13 @@ def advise_on_mislabels(analysis: LessonAnalysis, meant: Mapping[int, float]) ->
     A press that would be decided as shown by a tree learned without it is rare but not a slip; other classifiers would
     take too long. `meant` has the presses that the demonstrator has confirmed, with the doubt at that time.
     """
+    if analysis.demonstration_count > MOST_COMPARED:
+        sentence = (
+            f"I looked for no slips: {analysis.demonstration_count} presses are too many to compare each with all "
+            f"others ({MOST_COMPARED} at most)."
+        )
+        yield Advice(AdviceKind.OUTLOOK, sentence, "", 0.04)
+        return
     for suspect in find_mislabels(analysis.lesson, meant=meant, most=MOST_SLIPS):
         example = suspect.example
         state = analysis.states.get(example.state) or next(iter(analysis.states.values()))
@@ -222,14 +233,25 @@ def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
                 yield _make_isolated_press_advice(analysis, state, example, changed, -share)
 
 
-def _list_unsupported_presses(state: StateAnalysis) -> list[int]:
-    """List the rows of presses that no other nearby press agrees with; otherwise only the exact boundary is open."""
+def _list_unsupported_presses(state: StateAnalysis) -> Iterator[int]:
+    """Yield the rows of presses that no other nearby press agrees with; otherwise only the exact boundary is open.
+
+    Of many, each is first compared with a few evenly chosen ones, since most have one nearby among these.
+    """
     rows = np.array(state.shown_rows, np.int64)
     values, outcomes = state.shown.values[rows], state.shown.outcomes[rows]
-    near = state.distances.compute(values[:, None], values[None]) < NEARBY
-    near &= outcomes[:, None] == outcomes[None]
-    alone: list[int] = rows[near.sum(axis=1) == 1].tolist()  # itself
-    return alone
+    some = np.arange(len(rows))[:: -(-len(rows) // FEW) or 1]
+
+    def is_supported(chosen: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
+        near = state.distances.compute(values[chosen, None], values[others]) < NEARBY
+        near &= (outcomes[chosen, None] == outcomes[others]) & (chosen[:, None] != others)
+        return np.asarray(near.any(axis=1), np.bool_)
+
+    for first in range(0, len(rows), FEW):
+        chosen = np.arange(first, min(first + FEW, len(rows)))
+        for others in (some, np.arange(len(rows))):
+            chosen = chosen[~is_supported(chosen, others)]
+        yield from rows[chosen].tolist()
 
 
 def _make_isolated_press_advice(

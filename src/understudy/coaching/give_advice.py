@@ -48,6 +48,8 @@ LEAST_CONTRAST = 0.5
 """The least contrast by which examples of another outcome must be nearer than those of a leaf, to make it doubtful."""
 MOST_SITUATIONS = 48
 """The number of situations that are moved into each leaf."""
+MOST_PAIRS = 1_000_000
+"""The largest number of pairs of a moved situation and an example that are compared; of more, fewer situations are."""
 LEAST_CASES = 8
 """The least number of cases for which the share decided as shown is reported."""
 GOOD = 0.95
@@ -158,7 +160,7 @@ def advise_on_missing_switches(analysis: LessonAnalysis) -> Iterator[Advice]:
 def advise_on_coverage_gaps(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise on situations without examples, state by state, those farthest from all examples first."""
     for state in analysis.states.values():
-        nearest = state.distances.compute(analysis.situations[:, None], state.shown.values).min(axis=1)
+        nearest = state.distances.find_nearest(analysis.situations, state.shown.values)
         is_open = (nearest >= FAR) & analysis.find_possible_situations(state)
         for _ in range(MOST_ADVICE):
             if not is_open.any():
@@ -207,7 +209,9 @@ def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
         if not isinstance(state.transition, Tree) or not len(situations):
             continue
         stretched = []
-        for outcome, box in list_leaf_boxes(state.transition, kinds):
+        leaves = list(list_leaf_boxes(state.transition, kinds))
+        situations = situations[: max(1, MOST_PAIRS // (len(leaves) * len(state.examples)))]
+        for outcome, box in leaves:
             if outcome not in (STAY, state.shown.current):
                 rows = _move_into_box(box, situations)
                 distances = state.plain_distances.compute(rows[:, None], state.shown.values)

@@ -59,6 +59,8 @@ SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 """Classifiers that take a second to fit: there are no trials of them."""
 MOST_FITS = 40
 """The largest number of transition functions, each learned without one example, that decide one situation again."""
+MOST_NUMBERS = 2_000_000
+"""The largest number of differences that are computed at a time, so that a large lesson does not fill the memory."""
 DRAWS, SEED = 4, 1
 """The number of random halves of the examples that are drawn, and the seed of the draws."""
 
@@ -95,6 +97,13 @@ class FeatureDistances:
     def compute(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Compute distances between vectors [..., F] and others, broadcast, over all features; 1 is far."""
         return self.combine(self.compute_by_feature(rows, values))
+
+    def find_nearest(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Find how far each of m vectors [m, F] is from the nearest of n others [n, F]."""
+        few = max(1, MOST_NUMBERS // max(values.size, 1))
+        parts = [rows[first : first + few] for first in range(0, len(rows), few)]
+        nearest = [self.compute(part[:, None], values).min(axis=1) for part in parts]
+        return np.concatenate([np.zeros(0), *nearest])
 
     def combine(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
         """Combine distances `apart` [..., F] of features into one."""

@@ -83,6 +83,15 @@ class Kernel(Generic[P, R]):
             return is_switched(self, args)
         return mode != PYTHON
 
+    def run_long(self, *args: P.args, **no_names: P.kwargs) -> R:
+        """Run the kernel for work that would take minutes as plain Python: compiled, once the compiler is through."""
+        if read_kernel_mode() == AUTO and not self.is_compiled(*args):
+            from understudy.jit.dispatchers import make_dispatcher
+
+            self.run = make_dispatcher(self.function)
+        result: R = self.run(*args)
+        return result
+
     def run_plain(self, *args: Any) -> Any:
         """Run it as plain Python, which refuses an index below 0 or beyond an array's end."""
         return self.function(*map(make_plain, args))

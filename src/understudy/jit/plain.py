@@ -14,6 +14,7 @@ NUMBERS: dict[str, Any] = {
     "float64": ctypes.c_double,
     "int64": ctypes.c_int64,
     "int32": ctypes.c_int32,
+    "uint32": ctypes.c_uint32,
     "bool": ctypes.c_bool,
 }
 

@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from itertools import pairwise
 from multiprocessing.reduction import ForkingPickler
+from time import perf_counter
 from typing import Any, Protocol
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.judging.evaluation import Evaluation, join_evaluations
 from understudy.judging.evaluation_task import EvaluationFailed, EvaluationTask
-from understudy.judging.process_pool import run_calls
+from understudy.judging.process_pool import count_cores, run_calls
 from understudy.judging.rollout import Progress, skip_progress
 from understudy.judging.world_run import format_exception, name_value
 from understudy.sim.scenario.schema import Scenario
 
 PARTS_PER_PROCESS = 4
 """The number of jobs for each process, so that none waits long for the others and progress is seen."""
+
+TRIAL_S = 2.0
+"""The time after which the speed of this process is believed, s: at first it loads compiled kernels."""
+STARTUP_S = 4.0
+"""The time that processes must save to be started, s: each imports what this one has, and loads compiled kernels."""
 
 
 class Job(Protocol):
@@ -78,9 +84,17 @@ class EvaluationJob(PreemptibleJob):
 
 
 def run_in_jobs(
-    task: EvaluationTask, seeds: Sequence[int], *, jobs: int, executor: Executor | None, progress: Progress
+    task: EvaluationTask,
+    seeds: Sequence[int],
+    *,
+    jobs: int,
+    executor: Executor | None,
+    progress: Progress,
+    clock: Callable[[], float] = perf_counter,
 ) -> Evaluation:
     """Run a task in one world per seed in processes, or in the jobs of an executor; return the results in order.
+
+    There are never more processes than cores, and none where the worlds that are left will take less time without.
 
     Raises SettingError for what cannot be sent to a process, and EvaluationFailed, with the results of all other
     worlds, if a job fails.
@@ -90,10 +104,46 @@ def run_in_jobs(
         progress(0, len(seeds))
         return _collect(parts, _iterate_completed(_submit(executor, parts)), len(seeds), progress)
     check_pickling(task)
-    parts = [EvaluationJob(task, part) for part in divide(seeds, jobs * PARTS_PER_PROCESS)]
+    parts = []
     progress(0, len(seeds))
-    with closing(run_calls(parts, jobs=jobs)) as completed:
+    with closing(_run_here_or_in_processes(task, seeds, jobs, parts, clock)) as completed:
         return _collect(parts, completed, len(seeds), progress)
+
+
+def _run_here_or_in_processes(
+    task: EvaluationTask,
+    seeds: Sequence[int],
+    jobs: int,
+    parts: list[EvaluationJob],
+    clock: Callable[[], float],
+) -> Generator[tuple[int, Job], None, None]:
+    """Run some worlds here, and the rest in processes where that is faster; yield each part's number and result.
+
+    The parts are added to `parts`: two worlds first, then twice as many each time. The very first world takes longer
+    than others, since it loads what is compiled.
+    """
+    begun, jobs = clock(), min(jobs, count_cores())
+    while len(parts) < 2 or clock() - begun < TRIAL_S:
+        many = 2 ** max(0, len(parts) - 1)
+        part, seeds, before = seeds[:many], seeds[many:], clock()
+        yield from _run_part(EvaluationJob(task, tuple(part)), parts)
+        left_s = (clock() - before) / len(part) * len(seeds)
+        if left_s * (1 - 1 / jobs) <= STARTUP_S:
+            if seeds:
+                yield from _run_part(EvaluationJob(task, tuple(seeds)), parts)
+            return
+    first = len(parts)
+    parts += [EvaluationJob(task, part) for part in divide(seeds, jobs * PARTS_PER_PROCESS)]
+    with closing(run_calls(parts[first:], jobs=jobs)) as completed:
+        for number, job in completed:
+            yield first + number, job
+
+
+def _run_part(part: EvaluationJob, parts: list[EvaluationJob]) -> Iterator[tuple[int, Job]]:
+    """Run a part here."""
+    parts.append(part)
+    for _, job in run_calls([part], jobs=1):
+        yield len(parts) - 1, job
 
 
 def divide(seeds: Sequence[int], parts: int) -> list[tuple[int, ...]]:

@@ -15,6 +15,13 @@ from typing import TypeVar
 Result = TypeVar("Result")
 
 
+def count_cores() -> int:
+    """Count the processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def run_calls(
     calls: Iterable[Callable[[], Result]], *, jobs: int
 ) -> Generator[tuple[int, Future[Result]], None, None]:

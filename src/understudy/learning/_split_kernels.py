@@ -6,6 +6,7 @@ in fixed point (`UNIT` is one bit), sums of it are updated while a cut moves, an
 """
 
 from math import floor, isnan
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from understudy.jit.decorators import njit_inner
 inner = njit_inner()
 
 Ints = NDArray[np.int64]
+Indices = NDArray[Any]
+"""Unsigned numbers of 32 bits: compiled code need not ask whether they are negative, and half the memory is read."""
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -349,6 +352,53 @@ def try_cuts(
 
 
 @inner
+def try_plain_thresholds(
+    column: Floats, segment: Ints, present: int, extent: float, feature: int, about: Search
+) -> None:
+    """Try every threshold as `try_cuts` does, in one pass, where all examples are press-made and no state is a flag."""
+    y, _, _, total, _, _, _, table, _, _, best = about
+    n, absent = sum_counts(total), len(segment) - present
+    below = np.empty_like(total)
+    for side in range(2 if absent > 0 else 1):
+        below[:] = 0
+        if side == 0:
+            for example in segment[present:]:
+                below[y[example]] += 1
+        gained = compute_split_gain(table, total, below)
+        joined = absent if side == 0 else 0
+        before, opened, start, gained_before = MIXED, MIXED, 0, gained
+        value = column[segment[0]]
+        for position in range(present + 1):
+            example = segment[min(position, present - 1)]
+            following = column[example]
+            if following != value or position == present:
+                # The examples from `start` on have one value: the cut below them is judged now that they are known.
+                if start > 0 and (opened == MIXED or opened != before):
+                    inside = start + joined
+                    split = table[n] - table[inside] - table[n - inside]
+                    gain = gained_before + split
+                    if best[FLAGS] <= 0 and gain * STEPS >= (best[RATIO] - 1.0) * split:
+                        wide = value * 0.5 - column[segment[start - 1]] * 0.5
+                        gap, heavy = int(floor(wide / extent * STEPS + 0.5)), 0  # noqa: RUF046
+                        if absent > 0:
+                            heavy = 2 * (start if side == 0 else present - start) + (side == 0)
+                        keep_if_better(
+                            best, gain, split, n, gap, feature, BELOW, -1, start - 1, side, heavy, 0
+                        )
+                if position == present:
+                    break
+                before, opened, start, gained_before, value = opened, y[example], position, gained, following
+            k = y[example]
+            if position == 0:
+                opened = k
+            elif k != opened:
+                opened = MIXED
+            count, rest = below[k], total[k] - below[k]
+            gained += table[count + 1] - table[count] + table[rest - 1] - table[rest]
+            below[k] = count + 1
+
+
+@inner
 def count_present(column: Floats, segment: Ints) -> int:
     """Return the number of a segment's examples whose value is present; absent ones come last."""
     present = len(segment)
@@ -360,6 +410,9 @@ def count_present(column: Floats, segment: Ints) -> int:
 @inner
 def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
     """Write the best split of a node into the last element of `about`; its RATIO stays negative if there is none."""
+    plain = not about[8]
+    for flag in about[6]:
+        plain &= not flag
     for feature in range(len(columns)):
         column, segment, wide = columns[feature], order[feature], extent[feature]
         present = count_present(column, segment)
@@ -369,5 +422,7 @@ def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, ab
             continue
         if form[feature] == LABELS:
             try_label_split(column, segment, present, int(wide), feature, about)
+        elif plain and form[feature] == LINE:
+            try_plain_thresholds(column, segment, present, wide, feature, about)
         else:
             try_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)

@@ -76,6 +76,8 @@ TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
 
 Corrections are most reliable, because demonstrators who correct have just seen what is wrong.
 """
+LONG = 100
+"""The number of examples from which waiting for the compiler takes less time than inverting as plain Python."""
 WITNESSES = 3
 """The largest number of examples that a reason names."""
 
@@ -162,7 +164,8 @@ def fit_leave_one_out(lesson: Lesson, examples: Sequence[Example]) -> LeaveOneOu
 def _fit(unlike: Square, own: NDArray[np.float64], noise: Square) -> tuple[float, Square, Square]:
     """Return the leave-one-out likelihood of one length scale, the similarities, and the inverse of their matrix."""
     like = np.exp(-unlike)
-    inverse = _linalg_kernels.invert_matrix(like + noise)
+    invert = _linalg_kernels.invert_matrix
+    inverse = (invert if len(like) < LONG else invert.run_long)(like + noise)
     variance = 1 / np.diag(inverse)
     off = own - _predicted(inverse, own)
     size = float((off * off / variance[:, None]).mean())

@@ -21,6 +21,9 @@ MOST_WEIGHT = 1_500_000
 An example weighs 1; if there are watched ones, they weigh 1 and press-made ones 10.
 """
 
+LONG = 20_000
+"""The number of values from which waiting for the compiler takes less time than growing the tree as plain Python."""
+
 FORMS = {Categorical: _split_kernels.LABELS, Toroidal: _split_kernels.CIRCLE}
 
 
@@ -58,11 +61,12 @@ def grow_tree(
     for index, kind in enumerate(kinds):
         form[index] = FORMS.get(type(kind), _split_kernels.LINE)
         extent[index] = _extent(kind, columns[index])
-    order = np.argsort(columns, axis=1)
+    order = np.argsort(columns, axis=1).astype(np.uint32)
     apart = np.zeros(states, np.bool_)
     apart[list(flags)] = True
     quiet = current if silence else STAY
-    nodes, cuts = _growth_kernels.grow_nodes(
+    grow = _growth_kernels.grow_nodes
+    nodes, cuts = (grow if columns.size < LONG else grow.run_long)(
         columns, order, form, extent, outcomes, groups, states, quiet, watched, apart, _table(weight)
     )
     ballots = outcomes, groups, order[0]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from itertools import cycle
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy.training.session import Session
 from understudy_lab.bench.harness import import_peer, medians
+from understudy_lab.bench.wall_following import ACTIONS, drive_along_walls
 from understudy_lab.forage.teach import teach
 
 Data = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -89,12 +90,61 @@ def run() -> dict[str, Any]:
         _goal("1 toroidal feature, n = 400", 10.0, 40, toroidal, [Toroidal()]),
         _goal("3 continuous features, n = 5000", 25.0, 11, noisy, [NUMBER] * 3),
     ]
+    walls = measure_wall_following(peer)
     return {
         "first_call_ms": first_call_ms,
         "sizes": sizes,
         "goals": goals,
-        "passed": all(size["as_fast"] for size in sizes) and all(goal["passed"] for goal in goals),
+        "wall_following": walls,
+        "passed": all(size["as_fast"] for size in sizes) and all(goal["passed"] for goal in [*goals, walls]),
     }
+
+
+WALL_ROUNDS, FOLDS, MOST_TIMES = 9, 10, 2.0
+
+
+def measure_wall_following(peer: Any) -> dict[str, Any]:
+    """Compare processor time and accuracy in cross-validation on a table like the UCI wall-following data set.
+
+    Of scikit-learn's two criteria the faster one counts, and for accuracy the better one.
+    """
+    values, outcomes = data = drive_along_walls()
+    kinds = [NUMBER] * values.shape[1]
+    fits: dict[str, Callable[[Data], Callable[[NDArray[np.float64]], NDArray[np.int64]]]] = {
+        "ours": lambda table: _decide_by(_ours(table, kinds)),
+        "sklearn_gini": lambda table: _theirs(peer, "gini", table).predict,
+        "sklearn_entropy": lambda table: _theirs(peer, "entropy", table).predict,
+    }
+    times: dict[str, list[float]] = {name: [] for name in fits}
+    for _ in range(WALL_ROUNDS + 1):
+        for name, fit in fits.items():
+            began = process_time()
+            fit(data)
+            times[name].append((process_time() - began) * 1e3)
+    fold = np.random.default_rng(0).permutation(len(outcomes)) % FOLDS
+    right: dict[str, float] = {}
+    for name, fit in fits.items():
+        hits = [
+            fit((values[fold != left], outcomes[fold != left]))(values[fold == left])
+            == outcomes[fold == left]
+            for left in range(FOLDS)
+        ]
+        right[name] = float(np.concatenate(hits).mean())
+    taken = {name: float(np.median(each[1:])) for name, each in times.items()}
+    ratio = taken["ours"] / min(taken["sklearn_gini"], taken["sklearn_entropy"])
+    best = max(right["sklearn_gini"], right["sklearn_entropy"])
+    return {
+        "what": f"{len(outcomes)} rows of a wall follower, {len(kinds)} sonars, {len(ACTIONS)} actions",
+        "processor_ms": taken,
+        "accuracy": right,
+        "ratio": ratio,
+        "goal_ratio": MOST_TIMES,
+        "passed": ratio <= MOST_TIMES and right["ours"] >= best,
+    }
+
+
+def _decide_by(tree: Any) -> Callable[[NDArray[np.float64]], NDArray[np.int64]]:
+    return lambda rows: np.array([tree.decide(row) for row in rows.tolist()], np.int64)
 
 
 def continuous(count: int, *, noise: float, seed: int = 0) -> Data:

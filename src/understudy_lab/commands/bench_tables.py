@@ -61,6 +61,12 @@ def print_learning(result: Result) -> None:
         times = [f"{row[key]:.3g}" for key in ("goal_ms", "ours_ms", "from_lesson_ms")]
         goals.add_row(row["what"], *times, _mark(row["passed"]))
     make_console().print(goals)
+    walls = result["wall_following"]
+    table = make_table("~learner", "#processor ms", "#right in cross-validation", title=walls["what"])
+    for name, taken in walls["processor_ms"].items():
+        table.add_row(name, f"{taken:.3g}", f"{walls['accuracy'][name]:.2%}")
+    make_console().print(table)
+    make_console().print(f"{walls['ratio']:.2f} times scikit-learn's time; {_mark(walls['passed'])}")
 
 
 def print_looks(result: Result) -> None:

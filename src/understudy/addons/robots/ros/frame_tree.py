@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite
+from math import isfinite
 from typing import Any, NamedTuple
 
 from understudy.addons.robots.ros.message_readings import LARGEST, compute_heading
@@ -80,26 +80,53 @@ class FrameTree:
         return frozenset(taken)
 
     def list_links(self, fixed: str, frame: str) -> list[str]:
-        """List the frames from `frame` up to below `fixed`; empty if no chain of transforms joins them."""
-        links: list[str] = []
-        while frame != fixed:
-            if frame not in self._links or len(links) == DEEPEST:
-                return []
-            links.append(frame)
-            frame = self._links[frame].parent
-        return links
+        """List the frames whose transforms join `frame` and `fixed`, in either direction; empty if none do."""
+        return [name for side in self._find_chain(fixed, frame) for name in side]
 
     def locate(self, fixed: str, frame: str) -> FramePose | None:
-        """Find where `frame` is in `fixed`; None if no chain of transforms joins them."""
-        place, turn, at_s = (0.0, 0.0, 0.0), Turn(0.0, 0.0, 0.0, 1.0), inf
-        names = self.list_links(fixed, frame)
+        """Find where `frame` is in `fixed`; None if no chain of transforms joins them.
+
+        Transforms are used in both directions: `fixed` may be above `frame`, below it, or both below another frame.
+        """
+        from_frame, from_fixed = self._find_chain(fixed, frame)
+        used = [self._links[name] for name in (*from_frame, *from_fixed)]
+        (x, y, z), turn = self._place_above(from_frame)
+        origin, turned = self._place_above(from_fixed)
+        back = _invert(turned)
+        place = _rotate(back, (x - origin[0], y - origin[1], z - origin[2]))
+        heading = compute_heading(_compose(back, turn))
+        if not used or not isfinite(heading):
+            return None
+        return FramePose(place[0], place[1], heading, min(link.at_s for link in used))
+
+    def _find_chain(self, fixed: str, frame: str) -> tuple[list[str], list[str]]:
+        """Find the frames from `frame`, and those from `fixed`, up to below the first frame above both, if any."""
+        above_frame, above_fixed = self._list_above(frame), self._list_above(fixed)
+        for down, name in enumerate(above_fixed):  # in a circle, the way up from `frame` counts
+            if name in above_frame:
+                up = above_frame.index(name)
+                return (above_frame[:up], above_fixed[:down]) if up + down <= DEEPEST else ([], [])
+        return [], []
+
+    def _list_above(self, frame: str) -> list[str]:
+        """List a frame and those above it, as far as each is said to be in another one; a circle is ended."""
+        names = [frame]
+        while frame in self._links and len(names) <= DEEPEST:
+            frame = self._links[frame].parent
+            if frame in names:
+                break
+            names.append(frame)
+        return names
+
+    def _place_above(self, names: list[str]) -> tuple[tuple[float, float, float], Turn]:
+        """Compute where the first of these frames, each in the next one, is in the parent of the last one."""
+        place, turn = (0.0, 0.0, 0.0), Turn(0.0, 0.0, 0.0, 1.0)
         for name in names:
             link = self._links[name]
             x, y, z = _rotate(link.turn, place)
             place = (x + link.place[0], y + link.place[1], z + link.place[2])
-            turn, at_s = _compose(link.turn, turn), min(at_s, link.at_s)
-        heading = compute_heading(turn)
-        return FramePose(place[0], place[1], heading, at_s) if names and isfinite(heading) else None
+            turn = _compose(link.turn, turn)
+        return place, turn
 
 
 def make_transform(header: Any, child: str, *, x: float, y: float, turned: Any) -> Any:
@@ -134,5 +161,10 @@ def _compose(first: Turn, then: Turn) -> Turn:
 
 def _rotate(turn: Turn, place: tuple[float, float, float]) -> tuple[float, float, float]:
     """Rotate a point about the origin."""
-    turned = _compose(_compose(turn, Turn(*place, 0.0)), Turn(-turn.x, -turn.y, -turn.z, turn.w))
+    turned = _compose(_compose(turn, Turn(*place, 0.0)), _invert(turn))
     return turned.x, turned.y, turned.z
+
+
+def _invert(turn: Turn) -> Turn:
+    """Return the rotation that undoes another one."""
+    return Turn(-turn.x, -turn.y, -turn.z, turn.w)
