@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from functools import partial
 from hashlib import sha256
-from math import nan
+from math import isnan, nan
 from random import Random
 from typing import Any
 
@@ -113,6 +113,8 @@ def _grow(number: int) -> bytes:
     pressed = np.minimum(np.array(groups), 1)
     trees += [grow_tree(np.array(values), np.array(outcomes), pressed, kinds, states=4, current=0)]
     trees += [grow_tree(np.array(values)[:, 1:2], np.array(outcomes), pressed, [Continuous()], states=4)]
+    by_label = np.array([3 if isnan(row[2]) else int(row[2]) for row in values])
+    trees += [grow_tree(np.array(values)[:, 2:], by_label, pressed, kinds[2:], states=4)]
     return repr(
         [*trees, _limit_decisions(random), *(_tell_two_flags_apart(each) for each in (False, True))]
     ).encode()

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from understudy.errors import SettingError
+from understudy.errors import FileError, SettingError
 from understudy.extras import format_install_command
 
 LINES, PARQUET = ".jsonl", ".parquet"
@@ -51,6 +51,50 @@ def convert_to_parquet(
             f"columns = {{{spelled}}}) WHERE {first} IS NOT NULL) "
             f"TO {_quote(str(output))} (FORMAT parquet, COMPRESSION zstd{stored})"
         )
+
+
+def read_parquet_rows(
+    path: Path | str, *, limit: int | None = None
+) -> tuple[list[tuple[Any, ...]], list[str], bytes]:
+    """Read a Parquet file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    limit
+        The largest number of rows to read. None: all.
+
+    Returns
+    -------
+    tuple
+        The rows, the titles of their columns, and the metadata under the key "understudy", empty if there is none.
+
+    Raises
+    ------
+    FileError
+        If DuckDB is not installed, or the file is no Parquet.
+    """
+    try:
+        duckdb = import_module("duckdb")
+    except ImportError:
+        problem = "it is Parquet, which needs DuckDB"
+        raise FileError(
+            path=path, place="", problem=problem, remedy=format_install_command("parquet")
+        ) from None
+    with duckdb.connect() as database, Path(path).open("rb"):
+        try:
+            metadata = database.execute(
+                "SELECT value FROM parquet_kv_metadata(?) WHERE decode(key) = 'understudy'", [str(path)]
+            ).fetchone()
+            ending = "" if limit is None else f" LIMIT {limit}"
+            result = database.execute(f"SELECT * FROM read_parquet(?){ending}", [str(path)])
+            titles = [column[0] for column in result.description]
+            return result.fetchall(), titles, metadata[0] if metadata else b""
+        except duckdb.Error as error:
+            raise FileError(
+                path=path, place="", problem=f"it cannot be read ({error})", remedy="restore it"
+            ) from None
 
 
 def _escape_pattern(path: Path | str) -> str:

@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive, select_ticks
-from understudy.errors import FileError, SettingError
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive, join_drives, select_ticks
+from understudy.errors import FileError, SettingError, join_names
+from understudy.judging.episodes.episode import Episode
 from understudy.judging.episodes.run_episodes import read_trace_episodes
+from understudy.judging.episodes.tick_files import read_tick_episodes
 from understudy.judging.run_header import TraceHeader, read_trace, trace_entry
 from understudy.judging.run_trace import ReadingInfo, TraceColumns, write_trace
 from understudy.model.features import ReadingKey, format_reading_label
@@ -63,15 +65,69 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
         missing = "readings" if episode.commands else "commands"
         remedy = "run it again with `understudy run --trace`, of this version"
         raise FileError(path=path, place="", problem=f"the trace has no {missing}", remedy=remedy)
+    whole = _make_drive(episode)
+    drive, ticks = _leave_out_ticks(whole, path, robot, remedy="trace another run")
+    return TraceDrive(drive, header, np.column_stack([episode.pose["x"], episode.pose["y"]])[ticks])
+
+
+def read_table_drive(path: Path | str, *, robot: int = 0) -> RecordedDrive:
+    """Read what one robot sensed and did from a table of ticks that `understudy export table` wrote.
+
+    Parameters
+    ----------
+    path
+        The table.
+    robot
+        Index of the agent among those of the table that have commands, from 0.
+
+    Returns
+    -------
+    RecordedDrive
+        The drive, with at least one episode for each of the table's; its `omissions` say what the file does not hold.
+
+    Raises
+    ------
+    FileError
+        If it is no such table, or has no readings or commands.
+    SettingError
+        If it has no such agent.
+    """
+    path = Path(path)
+    driven = [each for each in read_tick_episodes(path) if each.commands and each.readings]
+    agents = list(dict.fromkeys(each.agent for each in driven))
+    if not agents:
+        remedy = "export a run whose commands were recorded, such as one of understudy run --trace"
+        raise FileError(
+            path=path, place="", problem="it has no ticks with readings and commands", remedy=remedy
+        )
+    if not 0 <= robot < len(agents):
+        remedy = f"count from 0 to {len(agents) - 1}: they are {join_names(agents)}"
+        raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
+    drives = [
+        _leave_out_ticks(_make_drive(each), path, robot, remedy="export another run")[0]
+        for each in driven
+        if each.agent == agents[robot]
+    ]
+    whole = join_drives(drives)
+    if driven[0].units:
+        return whole
+    sentence = (
+        f"{path}: it does not say units and kinds of readings; numbers were taken as distances, not as angles"
+    )
+    return replace(whole, omissions=(*whole.omissions, sentence))
+
+
+def _make_drive(episode: Episode) -> RecordedDrive:
+    """Make a drive of an episode, which has no pieces yet."""
     labels = {label: _parse_label(label) for label in episode.readings}
-    whole = RecordedDrive(
+    return RecordedDrive(
         times=episode.times,
         values={key: episode.readings[label] for label, key in labels.items()},
         commands=np.column_stack(list(episode.commands.values())),
-        channels=tuple(Channel(name, unit=unit) for name, unit in header.commands.items()),
+        channels=tuple(Channel(name, unit=episode.channel_units.get(name, "")) for name in episode.commands),
         readings=tuple(
             {
-                name: Reading(name, episode.kinds[label], header.readings[label].unit, target is not None)
+                name: Reading(name, episode.kinds[label], episode.units.get(label, ""), target is not None)
                 for label, (name, target) in labels.items()
             }.values()
         ),
@@ -79,8 +135,6 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
         tick_s=episode.tick_s,
         episodes=(),
     )
-    drive, ticks = _leave_out_ticks(whole, path, robot, remedy="trace another run")
-    return TraceDrive(drive, header, np.column_stack([episode.pose["x"], episode.pose["y"]])[ticks])
 
 
 def _leave_out_ticks(

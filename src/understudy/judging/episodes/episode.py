@@ -51,9 +51,13 @@ class Episode:
         [T] and the unit of the reading, NaN where it was absent. Empty if they were not recorded.
     kinds
         Kind of each of the readings; old journals do not have them.
+    units
+        Unit of each of the readings, where the file has it.
     commands
         Commands of each tick, by channel. Each has shape [T] and the unit of the channel. Empty if they were not
         recorded.
+    channel_units
+        Unit of each channel, where the file has it.
     pose
         Place of the robot after each tick, as "x" and "y", m, and "heading", rad. Each has shape [T]. Only traces have
         it; it is empty otherwise.
@@ -73,7 +77,9 @@ class Episode:
     states: tuple[tuple[str, ...], ...]
     readings: Mapping[str, Column] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     commands: Mapping[str, Column] = field(default_factory=dict)
+    channel_units: Mapping[str, str] = field(default_factory=dict)
     pose: Mapping[str, Column] = field(default_factory=dict)
     presses: tuple[EpisodePress, ...] = ()
     source: str = ""

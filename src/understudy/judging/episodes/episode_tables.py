@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import isnan, nan
 from typing import Any, NamedTuple
 
 from understudy.judging.episodes.episode import Episode
-from understudy.judging.run_trace import BETWEEN, COMMAND, READING
+from understudy.judging.run_trace import BETWEEN, COMMAND, READING, ReadingInfo
 from understudy.model.data_frames import Cell, make_frame
 from understudy.model.value_kinds import Categorical, Column
 
@@ -17,10 +17,14 @@ POSE = ("x", "y", "heading")
 
 @dataclass(frozen=True)
 class DataTable:
-    """The columns of a table by title, None where absent, and the type of each: float, int, str or bool."""
+    """The columns of a table by title, None where absent, and the type of each: float, int, str or bool.
+
+    `about` has the kind and unit of columns of readings and commands.
+    """
 
     columns: dict[str, list[Cell]]
     types: dict[str, type]
+    about: Mapping[str, ReadingInfo] = field(default_factory=dict)
 
     @property
     def rows(self) -> int:
@@ -113,7 +117,18 @@ def make_tick_table(episodes: Sequence[Episode]) -> DataTable:
         )
     for channel in dict.fromkeys(channel for each in episodes for channel in each.commands):
         columns[COMMAND + channel] = float, _join(episodes, [each.commands.get(channel) for each in episodes])
-    return _make_table(columns)
+    return replace(_make_table(columns), about=_list_kinds(episodes))
+
+
+def _list_kinds(episodes: Sequence[Episode]) -> dict[str, ReadingInfo]:
+    """List the kind and unit of the columns of readings and commands."""
+    about = {}
+    for each in episodes:
+        for label, kind in each.kinds.items():
+            about[READING + label] = ReadingInfo(str(kind), each.units.get(label, ""))
+        for channel in each.commands:
+            about[COMMAND + channel] = ReadingInfo("continuous", each.channel_units.get(channel, ""))
+    return about
 
 
 def make_press_table(episodes: Sequence[Episode]) -> DataTable:

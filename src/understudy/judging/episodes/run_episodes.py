@@ -32,8 +32,8 @@ PLACE = ("x", "y", "heading")
 def read_recording_episodes(path: Path | str) -> list[Episode]:
     """Read the episodes of a recording.
 
-    Recordings have all readings of the body and the states of all levels. They have no commands beside the messages to
-    the robot, and do not say which kind of example a press recorded.
+    Recordings have all readings of the body, the states of all levels and, but for those of early versions, the
+    commands. They do not say which kind of example a press recorded.
     """
     path = Path(path)
     if not path.is_file():
@@ -49,7 +49,7 @@ def read_recording_episodes(path: Path | str) -> list[Episode]:
 
 def _list_episodes(recording: Recording, part: str) -> Iterator[Episode]:
     head = recording.head
-    kinds = _find_kinds(recording)
+    kinds, units = _find_kinds(recording), {each.name: each.unit for each in head.readings}
     for number, name in enumerate(head.names):
         yield Episode(
             agent=part or name.strip("/") or f"robot {number}",
@@ -61,6 +61,9 @@ def _list_episodes(recording: Recording, part: str) -> Iterator[Episode]:
                 for row, key in enumerate(recording.keys)
             },
             kinds=kinds,
+            units={format_reading_label(key): units[key[0]] for key in recording.keys},
+            commands={name: column[:, number] for name, column in recording.commands.items()},
+            channel_units={each.name: each.unit for each in head.channels if each.name in recording.commands},
             presses=tuple(_list_presses(recording.presses[number], recording.ticks)),
             source=str(recording.path),
             seed=head.ran.seed if head.ran.scenario is not None else None,
@@ -116,6 +119,8 @@ def _make_episode(
         states=tuple(_split_states(row["doing"]) for row in rows),
         readings={label: _make_column(rows, READING + label) for label in readings},
         kinds=_parse_kinds(readings),
+        units={label: each.unit for label, each in readings.items()},
+        channel_units=dict(header.commands) if squad is None else {},
         commands={channel: _make_column(rows, COMMAND + channel) for channel in header.commands}
         if squad is None
         else {},

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from understudy.errors import FileError
 from understudy.judging.episodes.episode import Episode
+from understudy.judging.episodes.tick_files import is_tick_table, read_tick_episodes
 from understudy.model.lesson import Lesson
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.parquet import LINES, PARQUET
@@ -14,16 +15,20 @@ RECORDING = ".mcap"
 TRACES = (LINES, PARQUET)
 DOCUMENT, TABLE = ".json", ".csv"
 LESSON_REMEDY = "name a library's document (.json), a table of examples (.csv), or a session's journal"
-REMEDY = "name a session's journal, a recording (.mcap), or a trace (.jsonl or .parquet) that `understudy run` wrote"
+REMEDY = (
+    "name a session's journal, a recording (.mcap) or trace (.jsonl, .parquet) of `understudy run`, or a table of "
+    "ticks"
+)
 
 
 def read_episodes(path: Path | str) -> list[Episode]:
-    """Read the episodes of a journal, a recording or a trace, whichever the file is.
+    """Read the episodes of a journal, a recording, a trace or a table of ticks, whichever the file is.
 
     Parameters
     ----------
     path
-        Journal of a session, recording of a run, of sessions or of a team (.mcap), or trace (.jsonl or .parquet).
+        Journal of a session, recording of a run, of sessions or of a team (.mcap), trace (.jsonl or .parquet), or
+        table of ticks (.csv, .jsonl or .parquet).
 
     Returns
     -------
@@ -43,6 +48,8 @@ def read_episodes(path: Path | str) -> list[Episode]:
         from understudy.judging.episodes.run_episodes import read_recording_episodes
 
         return read_recording_episodes(path)
+    if path.suffix.lower() in (TABLE, *TRACES) and is_tick_table(path):
+        return read_tick_episodes(path)
     if path.suffix.lower() in TRACES:
         from understudy.judging.episodes.run_episodes import read_trace_episodes
 

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import msgspec
 
-from understudy.errors import FileError, SettingError
+from understudy.errors import FileError, SettingError, join_names
 from understudy.judging.episodes.episode_tables import DataTable
+from understudy.judging.episodes.tick_files import FORMAT
 from understudy.model.data_frames import Cell
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder, write_atomically
 from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
@@ -43,6 +44,7 @@ def write_table(table: DataTable, path: Path | str) -> None:
     """Write a table to a new file that ends in .csv, .jsonl or .parquet.
 
     In CSV an absent value is an empty cell, in JSON lines and Parquet null. Numbers are written in full precision.
+    Kinds and units of readings are metadata of Parquet; the other two have none (`describe_losses`).
     """
     path = Path(path)
     check_table_path(path)
@@ -54,6 +56,17 @@ def write_table(table: DataTable, path: Path | str) -> None:
             write_atomically(path, _format_lines(table))
         else:
             _write_parquet(table, path)
+
+
+def describe_losses(table: DataTable, path: Path | str) -> list[str]:
+    """Return sentences about what a file cannot hold of a table."""
+    angles = [title for title, each in table.about.items() if each.kind.startswith("toroidal")]
+    if not table.about or Path(path).suffix.lower() == PARQUET:
+        return []
+    circle = (
+        f", and that {join_names(angles)} {'is' if len(angles) == 1 else 'are'} on a circle" if angles else ""
+    )
+    return [f"{Path(path).suffix} has no place for units and kinds of readings{circle}; Parquet has"]
 
 
 def _format_csv(table: DataTable) -> str:
@@ -84,7 +97,11 @@ def _write_parquet(table: DataTable, path: Path) -> None:
     try:
         lines.write_bytes(_format_lines(table))
         convert_to_parquet(
-            lines, unfinished, {title: DUCKDB_TYPES[kind] for title, kind in table.types.items()}
+            lines,
+            unfinished,
+            {title: DUCKDB_TYPES[kind] for title, kind in table.types.items()},
+            key="understudy" if table.about else "",
+            metadata=msgspec.json.encode({"format": FORMAT, "version": 1, "columns": table.about}).decode(),
         )
         unfinished.replace(path)
         sync_folder(path.parent)

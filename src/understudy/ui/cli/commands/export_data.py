@@ -14,7 +14,7 @@ from understudy.errors import SettingError
 from understudy.judging.episodes.episode import Episode
 from understudy.judging.episodes.episode_tables import TABLES, DataTable
 from understudy.judging.episodes.sources import DOCUMENT, TABLE, read_episodes, read_lesson
-from understudy.judging.episodes.table_files import check_table_path, write_table
+from understudy.judging.episodes.table_files import check_table_path, describe_losses, write_table
 from understudy.model.example_frame import list_example_columns
 from understudy.ui.cli.export_options import ExportDatasetOptions, ExportTableOptions
 from understudy.ui.cli.json_output import print_json
@@ -39,6 +39,9 @@ def export_table(options: ExportTableOptions) -> None:
     check_table_path(options.out)
     name, made = _make_table(options.source, options.table)
     write_table(made, options.out)
+    losses = describe_losses(made, options.out)
+    for sentence in losses:
+        typer.echo(f"Note: {sentence}.", err=True)
     if options.as_json:
         facts = {"source": options.source, "table": name, "out": options.out, "rows": made.rows}
         print_json({**facts, "columns": list(made.columns)})

@@ -18,11 +18,16 @@ from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesso
 from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map
 from understudy.addons.recordings.propose_behaviors import discover_behaviors, make_constant_candidate
 from understudy.addons.recordings.recorded_drive import RecordedDrive, find_places, join_drives
-from understudy.addons.recordings.run_drives import make_recorded_drive, read_trace_drive
+from understudy.addons.recordings.run_drives import (
+    make_recorded_drive,
+    read_table_drive,
+    read_trace_drive,
+)
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.addons.recordings.split_states import split_state
 from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.judging.episodes.tick_files import is_tick_table
 from understudy.judging.run_header import is_trace
 from understudy.model.library import Kit, Library, make_lesson_kit
 from understudy.records.reader import has_own_header, read_recording
@@ -155,6 +160,11 @@ def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> Open
     is_defined = True
     if mapping is None and is_trace(path):
         drive, kit, places = _open_trace(path, asked)
+    elif mapping is None and is_tick_table(path):
+        drive = read_table_drive(path, robot=asked.agent)
+        places = find_places(drive)
+        is_defined = asked.kit is not None
+        kit = find_kit(asked.kit, None) if is_defined else make_drive_kit(drive, {})
     elif mapping is None and path.suffix.lower() == ".mcap" and has_own_header(path):
         drive, kit = _open_recording(path, asked)
         places = find_places(drive)

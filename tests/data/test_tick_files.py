@@ -1,0 +1,106 @@
+"""Tables of ticks are read back: what was written as CSV, JSON lines or Parquet gives the same episodes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from understudy.addons.recordings.run_drives import read_table_drive
+from understudy.errors import FileError, SettingError
+from understudy.judging.episodes.episode import Episode
+from understudy.judging.episodes.episode_tables import make_tick_table
+from understudy.judging.episodes.sources import read_episodes
+from understudy.judging.episodes.table_files import describe_losses, write_table
+from understudy.judging.episodes.tick_files import is_tick_table, read_tick_episodes
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
+
+KINDS: dict[str, Kind] = {
+    "range(ball)": Continuous(),
+    "bearing(ball)": Toroidal(),
+    "color": Categorical(("green", "none", "red")),
+}
+UNITS = {"range(ball)": "m", "bearing(ball)": "rad", "color": ""}
+VALUES = st.one_of(st.just(float("nan")), st.floats(-1e6, 1e6))
+
+
+def make_episode(values: list[tuple[float, int]], agent: str = "robot 0") -> Episode:
+    """An episode whose readings are drawn."""
+    times = np.arange(len(values), dtype=np.float64) * 0.1
+    return Episode(
+        agent=agent,
+        tick_s=0.1,
+        times=times,
+        states=tuple(("fetch", "forward") if label else () for _, label in values),
+        readings={
+            "range(ball)": np.array([value for value, _ in values]),
+            "bearing(ball)": np.array([abs(value) % 6.0 for value, _ in values]),
+            "color": np.array([label if label < 3 else np.nan for _, label in values], np.float64),
+        },
+        kinds=KINDS,
+        units=UNITS,
+        commands={"drive": np.array([0.5 * label for _, label in values])},
+        channel_units={"drive": "m/s"},
+        source="somewhere",
+    )
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".parquet"])
+@given(rows=st.lists(st.tuples(VALUES, st.integers(0, 3)), min_size=2, max_size=6))
+def test_what_was_written_is_read(
+    tmp_path_factory: pytest.TempPathFactory, suffix: str, rows: list[tuple[float, int]]
+) -> None:
+    pytest.importorskip("duckdb")
+    rows = [*rows, (1.0, 0), (1.0, 1), (1.0, 2)]  # all labels occur, without which texts do not tell them
+    written = [make_episode(rows), make_episode(rows[::-1], "robot 1")]
+    path = tmp_path_factory.mktemp("ticks") / f"ticks{suffix}"
+    write_table(make_tick_table(written), path)
+    assert is_tick_table(path)
+    for read, one in zip(read_episodes(path), written, strict=True):
+        assert (read.agent, read.states) == (one.agent, one.states)
+        np.testing.assert_allclose(read.times, one.times)
+        for label, column in one.readings.items():
+            np.testing.assert_array_equal(read.readings[label], column)
+        np.testing.assert_array_equal(read.commands["drive"], one.commands["drive"])
+        if suffix == ".parquet":
+            assert (read.kinds, read.units, read.channel_units) == (KINDS, UNITS, {"drive": "m/s"})
+
+
+def test_what_a_file_cannot_hold_is_said(tmp_path: Path) -> None:
+    table = make_tick_table([make_episode([(1.0, 0), (2.0, 1), (3.0, 2)])])
+    (said,) = describe_losses(table, "out.csv")
+    assert said.startswith(
+        ".csv has no place for units and kinds of readings, and that reading.bearing(ball) is on a circle"
+    )
+    assert describe_losses(table, "out.parquet") == []
+    write_table(table, tmp_path / "out.csv")
+    assert "does not say units and kinds" in read_table_drive(tmp_path / "out.csv").omissions[-1]
+
+
+def test_a_drive_of_each_agent_is_read(tmp_path: Path) -> None:
+    rows = [(float(tick), tick % 3) for tick in range(20)]
+    write_table(
+        make_tick_table([make_episode(rows), make_episode(rows[::-1], "robot 1")]), tmp_path / "out.jsonl"
+    )
+    first, second = (read_table_drive(tmp_path / "out.jsonl", robot=robot) for robot in (0, 1))
+    np.testing.assert_array_equal(first.commands, second.commands[::-1])
+    with pytest.raises(SettingError, match="count from 0 to 1: they are robot 0 and robot 1"):
+        read_table_drive(tmp_path / "out.jsonl", robot=2)
+
+
+BAD = [
+    ("episode,agent,tick,time_s,states\n", "it has no tick"),
+    ("episode,agent,tick,time_s\n0,robot 0,0,0.0\n", "it has no column 'states'"),
+    (
+        "episode,agent,tick,time_s,states\n0,robot 0,0,soon,\n",
+        "a row of it is not as tables of ticks have them",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "problem"), BAD)
+def test_what_is_no_table_of_ticks_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    (tmp_path / "out.csv").write_text(text)
+    with pytest.raises(FileError, match=problem):
+        read_tick_episodes(tmp_path / "out.csv")
