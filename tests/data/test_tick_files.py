@@ -7,7 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from understudy.addons.recordings.run_drives import read_table_drive
+from understudy.addons.bridges.datasets.lerobot import write_lerobot
+from understudy.addons.bridges.datasets.lerobot_reader import read_lerobot
+from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.run_drives import make_episodes_drive
 from understudy.errors import FileError, SettingError
 from understudy.judging.episodes.episode import Episode
 from understudy.judging.episodes.episode_tables import make_tick_table
@@ -67,6 +70,29 @@ def test_what_was_written_is_read(
             assert (read.kinds, read.units, read.channel_units) == (KINDS, UNITS, {"drive": "m/s"})
 
 
+def read_drive(path: Path, robot: int = 0) -> RecordedDrive:
+    return make_episodes_drive(read_tick_episodes(path), path, robot=robot)
+
+
+def test_a_data_set_of_lerobot_is_read(tmp_path: Path) -> None:
+    pytest.importorskip("duckdb")
+    rows = [(float(tick), tick % 4) for tick in range(20)]
+    written = [make_episode(rows), make_episode(rows[::-1])]
+    write_lerobot(written, tmp_path / "set")
+    for read, one in zip(read_lerobot(tmp_path / "set"), written, strict=True):
+        assert (read.agent, read.states, read.tick_s) == (one.agent, one.states, one.tick_s)
+        assert (read.kinds, read.units, read.channel_units) == (KINDS, UNITS, {"drive": "m/s"})
+        np.testing.assert_array_equal(read.times, one.times)
+        for label, column in one.readings.items():
+            np.testing.assert_array_equal(read.readings[label], column)
+        np.testing.assert_array_equal(read.commands["drive"], one.commands["drive"])
+    (tmp_path / "set/meta/info.json").write_text(
+        (tmp_path / "set/meta/info.json").read_text().replace('"v3.0"', '"v2.1"')
+    )
+    with pytest.raises(FileError, match=r"convert it to v3\.0"):
+        read_lerobot(tmp_path / "set")
+
+
 def test_what_a_file_cannot_hold_is_said(tmp_path: Path) -> None:
     table = make_tick_table([make_episode([(1.0, 0), (2.0, 1), (3.0, 2)])])
     (said,) = describe_losses(table, "out.csv")
@@ -75,7 +101,7 @@ def test_what_a_file_cannot_hold_is_said(tmp_path: Path) -> None:
     )
     assert describe_losses(table, "out.parquet") == []
     write_table(table, tmp_path / "out.csv")
-    assert "does not say units and kinds" in read_table_drive(tmp_path / "out.csv").omissions[-1]
+    assert "does not say units and kinds" in read_drive(tmp_path / "out.csv").omissions[-1]
 
 
 def test_a_drive_of_each_agent_is_read(tmp_path: Path) -> None:
@@ -83,10 +109,10 @@ def test_a_drive_of_each_agent_is_read(tmp_path: Path) -> None:
     write_table(
         make_tick_table([make_episode(rows), make_episode(rows[::-1], "robot 1")]), tmp_path / "out.jsonl"
     )
-    first, second = (read_table_drive(tmp_path / "out.jsonl", robot=robot) for robot in (0, 1))
+    first, second = (read_drive(tmp_path / "out.jsonl", robot=robot) for robot in (0, 1))
     np.testing.assert_array_equal(first.commands, second.commands[::-1])
     with pytest.raises(SettingError, match="count from 0 to 1: they are robot 0 and robot 1"):
-        read_table_drive(tmp_path / "out.jsonl", robot=2)
+        read_drive(tmp_path / "out.jsonl", robot=2)
 
 
 BAD = [

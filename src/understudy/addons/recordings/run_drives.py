@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +15,6 @@ from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDr
 from understudy.errors import FileError, SettingError, join_names
 from understudy.judging.episodes.episode import Episode
 from understudy.judging.episodes.run_episodes import read_trace_episodes
-from understudy.judging.episodes.tick_files import read_tick_episodes
 from understudy.judging.run_header import TraceHeader, read_trace, trace_entry
 from understudy.judging.run_trace import ReadingInfo, TraceColumns, write_trace
 from understudy.model.features import ReadingKey, format_reading_label
@@ -70,30 +70,32 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
     return TraceDrive(drive, header, np.column_stack([episode.pose["x"], episode.pose["y"]])[ticks])
 
 
-def read_table_drive(path: Path | str, *, robot: int = 0) -> RecordedDrive:
-    """Read what one robot sensed and did from a table of ticks that `understudy export table` wrote.
+def make_episodes_drive(episodes: Sequence[Episode], path: Path | str, *, robot: int = 0) -> RecordedDrive:
+    """Make a drive of what one robot sensed and did in the episodes of a file that other programs read, too.
 
     Parameters
     ----------
+    episodes
+        The episodes, as `read_tick_episodes` reads them of a table.
     path
-        The table.
+        The file or folder, for errors.
     robot
-        Index of the agent among those of the table that have commands, from 0.
+        Index of the agent among those that have commands, from 0.
 
     Returns
     -------
     RecordedDrive
-        The drive, with at least one episode for each of the table's; its `omissions` say what the file does not hold.
+        The drive, with at least one episode for each of the file's; its `omissions` say what the file does not hold.
 
     Raises
     ------
     FileError
-        If it is no such table, or has no readings or commands.
+        If there are no readings or commands.
     SettingError
-        If it has no such agent.
+        If there is no such agent.
     """
     path = Path(path)
-    driven = [each for each in read_tick_episodes(path) if each.commands and each.readings]
+    driven = [each for each in episodes if each.commands and each.readings]
     agents = list(dict.fromkeys(each.agent for each in driven))
     if not agents:
         remedy = "export a run whose commands were recorded, such as one of understudy run --trace"

@@ -202,9 +202,17 @@ def _write_info(output: Path, data: Demonstrations, tasks: int, subtasks: Subtas
 
 def _describe_features(data: Demonstrations, subtasks: Subtasks) -> dict[str, Any]:
     """Describe the columns; `info` is LeRobot's place for what only the writer of a column knows."""
-    kinds = {"kinds": [kind and str(kind) for kind in data.kinds]}
-    features: dict[str, Any] = {STATE: _describe("float64", data.readings, kinds)}
-    features[ACTION] = _describe("float64", data.channels or data.levels[0])
+    first = data.episodes[0]
+    about: dict[str, Any] = {"kinds": [kind and str(kind) for kind in data.kinds]}
+    if first.units:
+        about["units"] = [first.units.get(label, "") for label in data.readings]
+    features: dict[str, Any] = {STATE: _describe("float64", data.readings, about)}
+    units = (
+        {"units": [first.channel_units.get(name, "") for name in data.channels]}
+        if first.channel_units
+        else None
+    )
+    features[ACTION] = _describe("float64", data.channels or data.levels[0], units)
     features[TIME] = _describe("float64")
     for level, names in enumerate(data.levels):
         features[f"state_{level}"] = _describe("int64", info={"labels": list(names)})

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from rich.markup import escape
 
+from understudy.addons.bridges.datasets.lerobot_reader import is_lerobot, read_lerobot
 from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
@@ -19,15 +20,15 @@ from understudy.addons.recordings.mapping_file import RecordingMap, load_recordi
 from understudy.addons.recordings.propose_behaviors import discover_behaviors, make_constant_candidate
 from understudy.addons.recordings.recorded_drive import RecordedDrive, find_places, join_drives
 from understudy.addons.recordings.run_drives import (
+    make_episodes_drive,
     make_recorded_drive,
-    read_table_drive,
     read_trace_drive,
 )
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.addons.recordings.split_states import split_state
 from understudy.errors import SettingError, UnderstudyError, UnknownName
-from understudy.judging.episodes.tick_files import is_tick_table
+from understudy.judging.episodes.tick_files import is_tick_table, read_tick_episodes
 from understudy.judging.run_header import is_trace
 from understudy.model.library import Kit, Library, make_lesson_kit
 from understudy.records.reader import has_own_header, read_recording
@@ -160,8 +161,9 @@ def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> Open
     is_defined = True
     if mapping is None and is_trace(path):
         drive, kit, places = _open_trace(path, asked)
-    elif mapping is None and is_tick_table(path):
-        drive = read_table_drive(path, robot=asked.agent)
+    elif mapping is None and (is_lerobot(path) or is_tick_table(path)):
+        episodes = read_lerobot(path) if is_lerobot(path) else read_tick_episodes(path)
+        drive = make_episodes_drive(episodes, path, robot=asked.agent)
         places = find_places(drive)
         is_defined = asked.kit is not None
         kit = find_kit(asked.kit, None) if is_defined else make_drive_kit(drive, {})
