@@ -13,7 +13,7 @@ from understudy.addons.recordings.drive_kit import make_candidates, make_drive_k
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.lesson_from_drive import to_lesson
 from understudy.addons.recordings.relabel import list_label_questions, relabel
-from understudy.addons.recordings.rerun_drive import OTHER, measure_agreement, run_over_drive
+from understudy.addons.recordings.rerun_drive import OTHER, count_repeated, run_over_drive
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.fit import learn_automaton
@@ -97,12 +97,13 @@ def learn_library(found: Segmentation) -> Library:
 def test_an_automaton_does_as_the_drive(segmentation: Segmentation) -> None:
     states = run_over_drive(learn_library(segmentation), "driven", segmentation.drive, ("forward", "back"))
     assert set(states.tolist()) == {0, 1}
-    assert measure_agreement(segmentation, states) > 0.97
+    assert count_repeated(segmentation, states).share > 0.97
 
 
 def test_agreement_by_hand(segmentation: Segmentation) -> None:
     """Of 10 ticks, 2 are unexplained and do not count; of the other 8, 6 agree."""
     labels = np.array([0, 0, 0, 1, 1, 2, 2, 1, 0, 0])
     states = np.array([0, 0, 1, 1, 1, 0, OTHER, OTHER, 0, 0])
-    assert measure_agreement(replace(segmentation, labels=labels), states) == 0.75
-    assert measure_agreement(replace(segmentation, labels=np.full(10, 2)), states) == 1.0
+    counted = count_repeated(replace(segmentation, labels=labels), states)
+    assert (counted.repeated, counted.ticks, counted.share) == (6, 8, 0.75)
+    assert count_repeated(replace(segmentation, labels=np.full(10, 2)), states).share == 1.0

@@ -10,9 +10,9 @@ from tests.segmentation.drives import follow, make_drive
 
 from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
-from understudy.addons.recordings.rerun_drive import measure_agreement, run_over_drive
+from understudy.addons.recordings.rerun_drive import count_repeated, leave_out, run_over_drive
 from understudy.addons.recordings.segment import Segmentation, segment
-from understudy.addons.recordings.stateless_lesson import PRUNING, choose_stateless, leave_out, make_stateless
+from understudy.addons.recordings.stateless_lesson import PRUNING, choose_stateless, make_stateless
 from understudy.learning.fit import learn_automaton
 from understudy.model.learner_options import SklearnOptions, TreeOptions
 from understudy.model.lesson import ExampleKind
@@ -78,9 +78,8 @@ def agree(found: Segmentation, made: DriveLesson, unseen: Segmentation) -> float
     """Learn the lesson, and measure its agreement with the labels of other drives."""
     trained = TrainedAutomaton(learn_automaton(made.lesson), made.lesson)
     names = tuple(each.name for each in unseen.candidates)
-    return measure_agreement(
-        unseen, run_over_drive(made.library.with_automaton(trained), made.lesson.name, unseen.drive, names)
-    )
+    states = run_over_drive(made.library.with_automaton(trained), made.lesson.name, unseen.drive, names)
+    return count_repeated(unseen, states).share
 
 
 def test_decisions_by_readings_alone_become_one_tree() -> None:

@@ -21,11 +21,14 @@ from understudy.runtime.body import Body, list_reading_keys
 
 
 class FeatureColumns:
-    """The columns of ground body features for one body; `keys` are the readings that the body must sense for them."""
+    """The columns of ground body features for one body; `keys` are the readings that the body must sense for them.
 
-    def __init__(self, features: Sequence[BoundFeature], body: Body) -> None:
+    `agents` is the number of rows of its snapshots, if they are not one for each agent of the body.
+    """
+
+    def __init__(self, features: Sequence[BoundFeature], body: Body, *, agents: int | None = None) -> None:
         self.features = tuple(features)
-        self.agents = body.agents
+        self.agents = body.agents if agents is None else agents
         readings = {reading.name: reading for reading in body.readings}
         keys: dict[ReadingKey, None] = {}
         for bound in self.features:

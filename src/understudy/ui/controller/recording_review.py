@@ -23,7 +23,7 @@ from understudy.addons.recordings.propose_behaviors import (
     propose_behaviors,
 )
 from understudy.addons.recordings.relabel import relabel
-from understudy.addons.recordings.rerun_drive import measure_agreement, run_over_drive
+from understudy.addons.recordings.rerun_drive import count_repeated, run_over_drive
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.split_states import SplitProposal, propose_splits, split_state
 from understudy.errors import DefinitionError, SessionError, UnknownName
@@ -348,7 +348,7 @@ class RecordingReview:
             names,
             targets=self._targets,
         )
-        agreement = measure_agreement(self.segmentation, states)
+        agreement = count_repeated(self.segmentation, states).share
         splits = propose_splits(lesson)
         self.learned = LearnedDrive(drive, taught, states, agreement, splits, left, settled, reactions)
         self.saved = None
