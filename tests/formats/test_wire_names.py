@@ -87,6 +87,7 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     ],
     "learns": ["scikit-learn", "trees"],
     "node": ["absent", "arc", "below", "go", "label", "stay"],
+    "term": ["difference", "quotient", "reading"],
     "type": [
         "Accepted", "Acted", "Attended", "Began", "Occupied", "Placed", "Pressed", "Raised", "Snapshot", "Stepped",
         "Ticks", "Turned", "Went",

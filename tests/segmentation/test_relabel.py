@@ -105,5 +105,5 @@ def test_agreement_by_hand(segmentation: Segmentation) -> None:
     labels = np.array([0, 0, 0, 1, 1, 2, 2, 1, 0, 0])
     states = np.array([0, 0, 1, 1, 1, 0, OTHER, OTHER, 0, 0])
     counted = count_repeated(replace(segmentation, labels=labels), states)
-    assert (counted.repeated, counted.ticks, counted.share) == (6, 8, 0.75)
+    assert (counted.same_ticks, counted.ticks, counted.share) == (6, 8, 0.75)
     assert count_repeated(replace(segmentation, labels=np.full(10, 2)), states).share == 1.0

@@ -67,7 +67,7 @@ def test_a_rule_is_repeated_where_it_was_not_shown(drives: int, ticks: int, left
         (f"{number}.csv", ticks) for number in range(drives)
     ]
     assert agreement.ticks == drives * ticks
-    assert agreement.repeated == sum(each.repeated for each in agreement.episodes)
+    assert agreement.same_ticks == sum(each.repeated for each in agreement.episodes)
     assert agreement.share > 0.95
 
 

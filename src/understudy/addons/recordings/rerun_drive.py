@@ -80,7 +80,7 @@ class Agreement:
     left_out: LeftOut = LeftOut.NOTHING
 
     @property
-    def repeated(self) -> int:
+    def same_ticks(self) -> int:
         """The number of ticks that are repeated."""
         return sum(each.repeated for each in self.episodes)
 
@@ -92,7 +92,7 @@ class Agreement:
     @property
     def share(self) -> float:
         """The share of ticks that are repeated, from 0 to 1; 1 without any tick that counts."""
-        return self.repeated / self.ticks if self.ticks else 1.0
+        return self.same_ticks / self.ticks if self.ticks else 1.0
 
 
 def run_over_drive(

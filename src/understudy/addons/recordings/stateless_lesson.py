@@ -39,7 +39,7 @@ def choose_stateless(segmentation: Segmentation, drive_lesson: DriveLesson) -> D
     if not isinstance(lesson.options.learner, TreeOptions) or len(segmentation.drive.episodes) < 2:
         return drive_lesson
     shared = replace(drive_lesson, lesson=make_stateless(lesson))
-    separate, joint = (measure_agreement(segmentation, each).repeated for each in (drive_lesson, shared))
+    separate, joint = (measure_agreement(segmentation, each).same_ticks for each in (drive_lesson, shared))
     return shared if joint > separate else drive_lesson
 
 
