@@ -129,8 +129,8 @@ COMMANDS = {
     "falsify-body": "LIBRARY NAME MODULE:NAME --goal --limit --seconds --worlds --seed --jobs -j --out -o --bind -b "
     "--kit --json",
     "learn": "",
-    "learn drive": "FILE... --driver --map --behaviors --define --split --features --targets --reaction --agent -a "
-    "--kit --predict --library -l --name -n --json",
+    "learn drive": "FILE... --driver --pairs --no-pairs --map --behaviors --define --split --features --targets "
+    "--reaction --agent -a --kit --predict --library -l --name -n --json",
     "learn drivers": "FILE... --driver --trust --map --behaviors --define --split --features --targets --reaction "
     "--agent -a --kit --predict --library -l --name -n --json",
     "learn recording": "FILE.mcap --presses --states --features --flags --parameters --targets --reaction --agent -a "
