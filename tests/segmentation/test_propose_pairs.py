@@ -45,14 +45,20 @@ def draw_readings(seed: int, ticks: int = TICKS) -> Columns:
         ("speed", None): hold(random, 5.0, 30.0, ticks),
         ("x", None): x,
         ("x_ahead", None): x + hold(random, 5.0, 60.0, ticks),
+        ("x_behind", None): x - hold(random, 5.0, 60.0, ticks),
     }
 
 
-UNITS = {"gap": "m", "speed": "m/s", "x": "m", "x_ahead": "m"}
+UNITS = {"gap": "m", "speed": "m/s", "x": "m", "x_ahead": "m", "x_behind": "m"}
 RULES = {  # what the driver goes back by
     "time": lambda each: each["gap", None] / each["speed", None] < 2.0,
     "difference": lambda each: each["x_ahead", None] - each["x", None] < 30.0,
     "time to a place": lambda each: (each["x_ahead", None] - each["x", None]) / each["speed", None] < 2.0,
+    "two times": lambda each: (
+        np.minimum(each["x_ahead", None] - each["x", None], each["x", None] - each["x_behind", None])
+        / each["speed", None]
+        < 1.0
+    ),
     "gap": lambda each: each["gap", None] < 30.0,
     "either": lambda each: (each["gap", None] < 25.0) | (each["speed", None] < 10.0),
 }
@@ -74,13 +80,17 @@ def show(
     return segment(drive, make_candidates(library, drive)), library
 
 
-def search(found: Segmentation, library: Library) -> tuple[DriveLesson, PairReport]:
+def search(
+    found: Segmentation, library: Library, features: Sequence[str] | None = None
+) -> tuple[DriveLesson, PairReport]:
     """Learn the lesson of a drive, and take the pairs that are worth it."""
 
-    def make(features: Sequence[BoundFeature] | None) -> DriveLesson:
-        return to_lesson(found, library=library, features=features, reaction_s=0.0)
+    def make(chosen: Sequence[str | BoundFeature] | None) -> DriveLesson:
+        return to_lesson(found, library=library, features=chosen, reaction_s=0.0)
 
-    return take_pairs(found, make(None), list_drive_features(library, found.drive), make)
+    made = make(features)
+    sides = [*made.lesson.automaton.features, *list_drive_features(library, found.drive)]
+    return take_pairs(found, made, list(dict.fromkeys(sides)), make)
 
 
 def list_features(made: DriveLesson) -> list[str]:
@@ -117,13 +127,28 @@ def test_a_quotient_of_a_difference_is_found_in_two_steps() -> None:
     assert report.repeated / report.ticks > 0.95
 
 
+def test_differences_of_one_unit_are_divided_together() -> None:
+    """A driver who looks at the times to what is ahead and to what is behind."""
+    differences = ["x_ahead - x", "x - x_behind"]
+    made, report = search(*show("two times", drives=8, ticks=120), features=differences)
+    assert [(each.pairs, each.instead_of) for each in report.taken] == [
+        ([f"({each}) / speed" for each in differences], differences)
+    ]
+    assert list_features(made) == report.taken[0].pairs
+    _, sentence = report.list_sentences()
+    assert (
+        "(x_ahead - x) / speed and (x - x_behind) / speed are features instead of x_ahead - x and x -"
+        in sentence
+    )
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("rule", ["gap", "either"])
 def test_nothing_is_taken_where_readings_alone_decide(rule: str, seed: int) -> None:
     found, library = show(rule, seed=100 * seed)
     made, report = search(found, library)
     assert report.taken == []
-    assert list_features(made) == ["gap", "speed", "x", "x_ahead"]
+    assert list_features(made) == ["gap", "speed", "x", "x_ahead", "x_behind"]
     assert report.tried > 0
     assert report.fitting >= report.tried
     (sentence,) = report.list_sentences()
