@@ -122,6 +122,12 @@ REFUSED = [
     (DIFFERENCE, GAP, SPEED, "gap is in m, and speed in m/s"),
     (DIFFERENCE, GAP, BoundFeature(Feature("x", Continuous(), "x")), "gap is in m, and x in no unit"),
     (QUOTIENT, GAP, BoundFeature(Feature("ready", BOOLEAN, "ready")), "ready is categorical"),
+    (
+        QUOTIENT,
+        BoundFeature(Feature("load", Continuous(), "load", fresh=0.0)),
+        SPEED,
+        "load is reset by switches",
+    ),
     (QUOTIENT, GAP, BoundFeature(TimeInState()), "time_in_state is no reading"),
     (QUOTIENT, GAP, BoundFeature(wander), "wander is no reading"),
 ]

@@ -440,6 +440,8 @@ def _make_side(bound: BoundFeature, parameters: Mapping[str, str], text: str) ->
     feature = bound.feature
     if not isinstance(feature, Feature) or (feature.reading is None and feature.pair is None):
         raise refuse_pair(text, f"{bound} is no reading")
+    if feature.fresh is not None:
+        raise refuse_pair(text, f"{bound} is reset by switches of a coordinator")
     renamed = {old: parameters[name] for old, name in bound.binding.items()}
     if feature.pair is not None:
         return _rename(feature.pair, renamed)

@@ -170,7 +170,9 @@ def list_fitting_pairs(sides: Sequence[BoundFeature]) -> list[BoundFeature]:
 def _can_be_side(bound: BoundFeature) -> bool:
     """Return whether a feature is a number or an angle, and a reading or a pair of readings."""
     feature = bound.feature
-    is_read = isinstance(feature, Feature) and (feature.reading is not None or feature.pair is not None)
+    if not isinstance(feature, Feature) or feature.fresh is not None:
+        return False
+    is_read = feature.reading is not None or feature.pair is not None
     return is_read and isinstance(bound.kind, Continuous | Toroidal)
 
 
