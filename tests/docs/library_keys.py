@@ -15,6 +15,7 @@ from understudy.storage.library_schema import (
     AutomatonDoc,
     BelowDoc,
     BuiltDoc,
+    DifferenceDoc,
     Document,
     ExampleDoc,
     FeatureDoc,
@@ -26,6 +27,8 @@ from understudy.storage.library_schema import (
     LessonDoc,
     OptionsDoc,
     OutcomeDoc,
+    PairedReadingDoc,
+    QuotientDoc,
     ReadingDoc,
     RecordDoc,
     ScikitDoc,
@@ -87,6 +90,23 @@ PARTS: Parts = {
             "sort": "`body` for a feature of the kit, otherwise which of the automaton's own features it is",
             "kind": "the [kind](#kinds) of its values",
             "unit": "unit of its values, such as `m`; must be that of the kit unless left out",
+            "pair": "what it is computed of, if it is a [pair of readings](#pairs-of-readings)",
+        },
+    ),
+    QuotientDoc: (
+        "Quotient",
+        {"left": "the dividend", "right": "the divisor"},
+    ),
+    DifferenceDoc: (
+        "Difference",
+        {"left": "what is subtracted from", "right": "what is subtracted"},
+    ),
+    PairedReadingDoc: (
+        "Paired reading",
+        {
+            "reading": "name of the body's reading",
+            "of": "parameter of the feature whose target it is about; null if it is about the body itself",
+            "name": "name of the kit's feature that is this reading; that of the reading if left out",
         },
     ),
     LessonDoc: (

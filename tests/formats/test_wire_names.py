@@ -87,6 +87,7 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     ],
     "learns": ["scikit-learn", "trees"],
     "node": ["absent", "arc", "below", "go", "label", "stay"],
+    "term": ["difference", "quotient", "reading"],
     "type": [
         "Accepted", "Acted", "Attended", "Began", "Occupied", "Placed", "Pressed", "Raised", "Snapshot", "Stepped",
         "Ticks", "Turned", "Went",
@@ -128,8 +129,8 @@ COMMANDS = {
     "falsify-body": "NAME --library -l MODULE:NAME --goal --limit --seconds --worlds --seed --jobs -j --out -o --bind "
     "-b --kit --json",
     "learn": "",
-    "learn drive": "FILE... --driver --map --behaviors --define --split --features --targets --reaction --agent -a "
-    "--kit --predict --library -l --name -n --json",
+    "learn drive": "FILE... --driver --pairs --no-pairs --map --behaviors --define --split --features --targets "
+    "--reaction --agent -a --kit --predict --library -l --name -n --json",
     "learn drivers": "FILE... --driver --trust --map --behaviors --define --split --features --targets --reaction "
     "--agent -a --kit --predict --library -l --name -n --json",
     "learn recording": "FILE.mcap --presses --states --features --flags --parameters --targets --reaction --agent -a "

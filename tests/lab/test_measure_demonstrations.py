@@ -6,7 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from understudy_lab.recordings.measure_demonstrations import AGREEMENT, LABELS, UNKNOWN, measure_folder
+from understudy_lab.recordings.measure_demonstrations import (
+    AGREEMENT,
+    LABELS,
+    UNKNOWN,
+    WITH_PAIRS,
+    measure_folder,
+)
 
 SPEED, BRAKE, END = 12.0, -5.0, 200.0
 
@@ -32,7 +38,7 @@ def test_shares_of_made_demonstrations(tmp_path: Path) -> None:
         write_demonstration(tmp_path / "stop-sign" / f"{number}.csv", number)
     measured = {row.what: row for row in measure_folder(tmp_path, "stop-sign", odd=True)}
     assert {what: len(row.shares) for what, row in measured.items()} == dict.fromkeys(
-        (LABELS, UNKNOWN, AGREEMENT), 3
+        (LABELS, UNKNOWN, AGREEMENT, WITH_PAIRS), 3
     )
     assert np.median(measured[LABELS].shares) >= 95
     assert "stop-sign   labels" in str(measured[LABELS])

@@ -1,6 +1,7 @@
 """Features: the named values that transition functions use to decide (paper section 3.1).
 
-Most are a reading of the body, possibly about a target. `@feature` makes one from a function of readings.
+Most are a reading of the body, possibly about a target. `@feature` makes one from a function of readings, and
+`pair_features` one that is the quotient or the difference of two others.
 `FlagFeature`, `CounterFeature`, `TimerFeature` and `TimeInState` depend on the automaton itself, not on the body.
 """
 
@@ -14,6 +15,15 @@ from typing import Any, NamedTuple, Self, TypeAlias, cast
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
+from understudy.model.reading_pairs import (
+    PairedReading,
+    PairOperation,
+    PairSide,
+    ReadingPair,
+    find_pair_kind,
+    pair_units,
+    refuse_pair,
+)
 from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Kind, clear_infinite
 
 ReadingKey: TypeAlias = tuple[str, str | None]
@@ -96,7 +106,7 @@ class PartWithFunction:
 
     def __reduce__(self) -> tuple[Any, ...]:
         values = {each.name: getattr(self, each.name) for each in fields(cast("Any", self))}
-        if values["function"] is not None:
+        if values["function"] is not None and not isinstance(values["function"], ReadingPair):
             values["function"] = self._name(values["function"])
         return _make_part, (type(self), values)
 
@@ -141,7 +151,8 @@ class Feature(PartWithFunction):
         A sentence for people about what the feature means.
     function
         Function that computes the value instead of `reading`. It takes a `ReadingsView` of the robot and one of each
-        parameter's target, and returns a column of N values, one per robot, NaN where absent.
+        parameter's target, and returns a column of N values, one per robot, NaN where absent. A `ReadingPair` is a
+        function that is data.
     parameters
         Names of the parameters, bound where an automaton uses the feature. With `of`, it is set to that.
     fresh
@@ -185,6 +196,11 @@ class Feature(PartWithFunction):
             )
         if self.of is not None:
             object.__setattr__(self, "parameters", (self.of,))
+
+    @property
+    def pair(self) -> ReadingPair | None:
+        """The quotient or the difference of readings that the feature is; None for any other feature."""
+        return self.function if isinstance(self.function, ReadingPair) else None
 
 
 def feature(kind: Kind, *, unit: str = "") -> Callable[[Callable[..., Column]], Feature]:
@@ -356,6 +372,8 @@ class BoundFeature:
             )
 
     def __str__(self) -> str:
+        if isinstance(self.feature, Feature) and self.feature.pair is not None:
+            return self.feature.pair.format(self.binding)
         return format_bound_name(self.feature.name, self.binding, self.feature.parameters)
 
     @property
@@ -367,3 +385,72 @@ class BoundFeature:
     def is_own(self) -> bool:
         """True if the feature depends on the automaton itself (flag, counter, timer or time), not on the body."""
         return not isinstance(self.feature, Feature)
+
+
+def pair_features(operation: PairOperation, left: BoundFeature, right: BoundFeature) -> BoundFeature:
+    """Make the feature that is the quotient or the difference of two features.
+
+    Parameters
+    ----------
+    operation
+        Quotient or difference.
+    left
+        The dividend, or what is subtracted from: a reading, or a pair of readings.
+    right
+        The divisor, or what is subtracted.
+
+    Returns
+    -------
+    BoundFeature
+        The feature. Its parameters are A, B and so on, one for each target, which `left` and `right` are bound to.
+
+    Raises
+    ------
+    DefinitionError
+        If a side has a Python function or belongs to the automaton, if there is no such pair of their kinds, as of
+        angles to divide, or if numbers of different units are subtracted.
+    """
+    parameters: dict[str, str] = {}
+    for name in (*_list_owners(left), *_list_owners(right)):
+        parameters.setdefault(name, chr(ord("A") + len(parameters)))
+    text = f"{left} {operation.sign} {right}"
+    pair = ReadingPair(operation, *(_make_side(each, parameters, text) for each in (left, right)))
+    kind = find_pair_kind(operation, left.kind, right.kind)
+    if kind is None:
+        raise refuse_pair(text, f"{left} is {left.kind}, and {right} is {right.kind}")
+    unit = pair_units(operation, left.feature.unit, right.feature.unit)
+    if unit is None:
+        units = [each.feature.unit or "no unit" for each in (left, right)]
+        raise refuse_pair(text, f"{left} is in {units[0]}, and {right} in {units[1]}")
+    binding = Binding({parameter: name for name, parameter in parameters.items()})
+    return BoundFeature(make_pair_feature(pair, kind, unit), binding)
+
+
+def make_pair_feature(pair: ReadingPair, kind: Kind, unit: str) -> Feature:
+    """Make the feature of a pair of readings, whose name is what it is computed of."""
+    return Feature(str(pair), kind, unit=unit, doc=pair.sentence, function=pair, parameters=pair.parameters)
+
+
+def _list_owners(bound: BoundFeature) -> tuple[str, ...]:
+    """List the targets, or parameters of the automaton, that a feature is about, in the order of its parameters."""
+    return tuple(bound.binding[parameter] for parameter in bound.feature.parameters)
+
+
+def _make_side(bound: BoundFeature, parameters: Mapping[str, str], text: str) -> PairSide:
+    """Make a side of a pair, whose parameters have new names, by what they are bound to."""
+    feature = bound.feature
+    if not isinstance(feature, Feature) or (feature.reading is None and feature.pair is None):
+        raise refuse_pair(text, f"{bound} is no reading")
+    if feature.fresh is not None:
+        raise refuse_pair(text, f"{bound} is reset by switches of a coordinator")
+    renamed = {old: parameters[name] for old, name in bound.binding.items()}
+    if feature.pair is not None:
+        return _rename(feature.pair, renamed)
+    name = "" if feature.name == feature.reading else feature.name
+    return PairedReading(feature.reading or "", renamed[feature.of] if feature.of else None, name)
+
+
+def _rename(side: PairSide, parameters: Mapping[str, str]) -> PairSide:
+    if isinstance(side, ReadingPair):
+        return ReadingPair(side.operation, _rename(side.left, parameters), _rename(side.right, parameters))
+    return side if side.of is None else PairedReading(side.reading, parameters[side.of], side.name)

@@ -400,9 +400,12 @@ def make_lesson_kit(automaton: Automaton, library: Library) -> Kit:
     -------
     Kit
         The body's features, the behaviors and the targets that the automaton uses, in the order of the automaton.
+        Pairs of readings are not among them, as documents say themselves what they are.
     """
     features = {
-        each.feature.name: each.feature for each in automaton.features if isinstance(each.feature, Feature)
+        each.feature.name: each.feature
+        for each in automaton.features
+        if isinstance(each.feature, Feature) and each.feature.pair is None
     }
     behaviors = [each.behavior for each in automaton.states if each.behavior is not None]
     targets = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,9 @@ from understudy.model.features import (
     ReadingsView,
     call_user_function,
 )
+from understudy.model.reading_pairs import ReadingPair
 from understudy.model.value_kinds import ABSENT, LARGEST, Categorical, Column, Toroidal, clear_infinite
-from understudy.runtime.body import Body, list_reading_keys
+from understudy.runtime.body import Body, Reading, list_reading_keys
 
 
 class FeatureColumns:
@@ -34,6 +35,9 @@ class FeatureColumns:
         for bound in self.features:
             feature = get_body_feature(bound)
             check_targets(body, bound.binding)
+            if feature.pair is not None:
+                keys.update(dict.fromkeys(_list_pair_keys(feature, feature.pair, bound, readings)))
+                continue
             if feature.reading is None:  # which readings a function looks at, only running it can tell
                 keys.update(
                     (key, None)
@@ -41,10 +45,7 @@ class FeatureColumns:
                     if key[1] in (None, *bound.binding.values())
                 )
                 continue
-            if feature.reading not in readings:
-                raise UnknownName(
-                    what="reading", name=feature.reading, where="the body", known=list(readings)
-                )
+            refuse_unknown_reading(feature.reading, readings)
             if readings[feature.reading].kind != feature.kind:
                 raise DefinitionError(
                     what=f"feature {feature.name!r}",
@@ -82,6 +83,28 @@ class FeatureColumns:
             (values < self._least) | (values > self._most) | (self._whole & (np.floor(values) < values))
         )
         return outside
+
+
+def refuse_unknown_reading(reading: str, readings: Mapping[str, Reading]) -> None:
+    """Refuse the name of a reading that a body does not have, with UnknownName."""
+    if reading not in readings:
+        raise UnknownName(what="reading", name=reading, where="the body", known=list(readings))
+
+
+def _list_pair_keys(
+    feature: Feature, pair: ReadingPair, bound: BoundFeature, readings: Mapping[str, Reading]
+) -> Iterator[ReadingKey]:
+    """Yield the readings of a pair with a ground binding; refuse those that the body lacks, or has as another kind."""
+    for each in pair.readings:
+        refuse_unknown_reading(each.reading, readings)
+        if readings[each.reading].kind != feature.kind:
+            raise DefinitionError(
+                what=f"feature {feature.name!r}",
+                problem=f"it is {feature.kind}, but the body's reading {each.reading!r} is "
+                f"{readings[each.reading].kind}",
+                remedy="divide or subtract readings of its kind",
+            )
+        yield each.reading, bound.binding[each.of] if each.of else None
 
 
 def check_targets(body: Body, binding: Mapping[str, str]) -> None:

@@ -12,22 +12,16 @@ from understudy.model.automaton import Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.example_source import ExampleSource
 from understudy.model.features import (
-    AnyFeature,
     BoundFeature,
-    CounterFeature,
-    Feature,
-    FlagFeature,
-    OwnFeature,
-    TimeInState,
-    TimerFeature,
 )
 from understudy.model.learner_options import Learner, LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Kit
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.model.value_kinds import Categorical, Kind, Toroidal, parse_kind
+from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.storage.decode_properties import decode_properties, make_goal
 from understudy.storage.encode import EVERY_STATE, format_feature_label
+from understudy.storage.feature_documents import decode_feature
 from understudy.storage.json_text import JsonSteps, Source
 from understudy.storage.kit_parts import decode_kit
 from understudy.storage.library_schema import (
@@ -39,7 +33,6 @@ from understudy.storage.library_schema import (
     ChildDoc,
     DocValue,
     ExampleDoc,
-    FeatureDoc,
     GoDoc,
     LabelDoc,
     LessonDoc,
@@ -53,13 +46,6 @@ from understudy.storage.library_schema import (
     WatchedSourceDoc,
 )
 from understudy.storage.packing import unpack_column
-
-OWN: dict[str, type[OwnFeature]] = {
-    "flag": FlagFeature,
-    "counter": CounterFeature,
-    "timer": TimerFeature,
-    "time in state": TimeInState,
-}
 
 
 def decode_automaton(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automaton:
@@ -75,60 +61,12 @@ def decode_automaton(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Auto
         with source.convert_errors((*here, "states", index)):
             states.append(State(state.name, state.behavior, Binding(state.binding), state.flag))
     features = [
-        _feature(each, kit, source, (*here, "features", index)) for index, each in enumerate(doc.features)
+        decode_feature(each, kit, source, (*here, "features", index))
+        for index, each in enumerate(doc.features)
     ]
     source.check_unique([str(bound) for bound in features], (*here, "features"), "feature")
     with source.convert_errors((*here, "states")):
         return Automaton(doc.name, tuple(states), tuple(features), tuple(doc.parameters), doc.stateless)
-
-
-def _feature(doc: FeatureDoc, kit: Kit | None, source: Source, here: JsonSteps) -> BoundFeature:
-    with source.convert_errors(
-        (*here, "kind"), remedy="restore an earlier version if you did not mean to edit it"
-    ):
-        kind = parse_kind(doc.kind, where=f"feature {doc.name!r}")
-    feature = _declared(doc, kind) if kit is None else _known(doc, kind, kit, source, here)
-    if set(doc.binding) != set(feature.parameters):
-        bound = f"it binds {join_names(doc.binding)}" if doc.binding else "it binds nothing"
-        what = (
-            f"exactly its parameters ({join_names(feature.parameters)})" if feature.parameters else "nothing"
-        )
-        raise source.make_error((*here, "binding"), f"{bound}, for feature {doc.name!r}", f"bind {what}")
-    return BoundFeature(feature, Binding(doc.binding))
-
-
-def _declared(doc: FeatureDoc, kind: Kind) -> AnyFeature:
-    if doc.sort == "body":
-        return Feature(doc.name, kind, reading=doc.name, unit=doc.unit, parameters=tuple(doc.binding))
-    return OWN[doc.sort](doc.name, kind, doc.unit)
-
-
-def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: JsonSteps) -> AnyFeature:
-    of_kit = kit.features.get(doc.name)
-    if doc.sort != "body" and (of_kit is None or _own_sort(of_kit) == doc.sort):
-        return OWN[doc.sort](doc.name, kind, doc.unit)
-    if of_kit is None:
-        has = join_names(name for name, feature in kit.features.items() if isinstance(feature, Feature))
-        problem = f"the kit has no feature {doc.name!r}; its features are {has}"
-        raise source.make_error(
-            (*here, "name"), problem, "open it with the kit it was taught with, or correct the name"
-        )
-    if _own_sort(of_kit) != doc.sort:
-        problem = f"feature {doc.name!r} is stored as one of sort {doc.sort!r}, but in the kit its sort is "
-        remedy = "open it with the kit it was taught with, or rename the feature in the kit"
-        raise source.make_error((*here, "sort"), f"{problem}{_own_sort(of_kit)!r}", remedy)
-    for what, stored, now in (("kind", str(kind), str(of_kit.kind)), ("unit", doc.unit, of_kit.unit)):
-        if stored and stored != now:  # a table of examples tells no unit: that of the kit
-            problem = (
-                f"feature {doc.name!r} was taught with {what} {stored!r}, but the kit has it with {now!r}"
-            )
-            remedy = "open it with the kit it was taught with, or teach it again with this one"
-            raise source.make_error((*here, what), problem, remedy)
-    return of_kit
-
-
-def _own_sort(feature: AnyFeature) -> str:
-    return next((sort for sort, own in OWN.items() if isinstance(feature, own)), "body")
 
 
 def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:

@@ -13,13 +13,14 @@ from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.binding import format_bound_name
 from understudy.model.example_source import ExampleSource
-from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
+from understudy.model.features import BoundFeature
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree
 from understudy.model.value_kinds import Categorical
+from understudy.storage.feature_documents import encode_feature
 from understudy.storage.kit_parts import encode_kit
 from understudy.storage.library_schema import (
     AbsentDoc,
@@ -30,7 +31,6 @@ from understudy.storage.library_schema import (
     ChildDoc,
     DocValue,
     ExampleDoc,
-    FeatureDoc,
     GoalDoc,
     GoDoc,
     LabelDoc,
@@ -71,29 +71,7 @@ def encode_automaton(automaton: Automaton) -> AutomatonDoc:
             StateDoc(name=state.name, behavior=state.behavior, binding=dict(state.binding), flag=state.flag)
             for state in automaton.states
         ],
-        features=[_feature_doc(bound) for bound in automaton.features],
-    )
-
-
-def _feature_doc(bound: BoundFeature) -> FeatureDoc:
-    sort: Literal["body", "flag", "counter", "timer", "time in state"]
-    match bound.feature:
-        case Feature():
-            sort = "body"
-        case FlagFeature():
-            sort = "flag"
-        case CounterFeature():
-            sort = "counter"
-        case TimerFeature():
-            sort = "timer"
-        case _:
-            sort = "time in state"
-    return FeatureDoc(
-        name=bound.feature.name,
-        binding=dict(bound.binding),
-        sort=sort,
-        kind=str(bound.kind),
-        unit=bound.feature.unit,
+        features=[encode_feature(bound) for bound in automaton.features],
     )
 
 

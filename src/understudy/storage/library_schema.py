@@ -40,14 +40,40 @@ class StateDoc(DocStruct, kw_only=True):
     flag: str | None = None
 
 
+class PairedReadingDoc(DocStruct, tag_field="term", tag="reading", kw_only=True):
+    """A reading of the body, or of the target of a parameter of the feature; `name` is that of the kit's feature."""
+
+    reading: DocName
+    of: str | None = None
+    name: str = ""
+
+
+class QuotientDoc(DocStruct, tag_field="term", tag="quotient", kw_only=True):
+    """A quotient: absent where a side is, and where `right` is 0."""
+
+    left: PairedReadingDoc | QuotientDoc | DifferenceDoc
+    right: PairedReadingDoc | QuotientDoc | DifferenceDoc
+
+
+class DifferenceDoc(DocStruct, tag_field="term", tag="difference", kw_only=True):
+    """A difference: absent where a side is, and wrapped if it is one of angles."""
+
+    left: PairedReadingDoc | QuotientDoc | DifferenceDoc
+    right: PairedReadingDoc | QuotientDoc | DifferenceDoc
+
+
 class FeatureDoc(DocStruct, kw_only=True):
-    """A feature as the automaton uses it; `sort` is "body" or the sort of an automaton's own feature."""
+    """A feature as the automaton uses it.
+
+    `sort` is "body" or the sort of an automaton's own feature. `pair` says how it is computed, if no kit has it.
+    """
 
     name: DocName
     binding: dict[str, str] = {}
     sort: Literal["body", "flag", "counter", "timer", "time in state"] = "body"
     kind: str
     unit: str = ""
+    pair: QuotientDoc | DifferenceDoc | UnsetType = UNSET
 
 
 class AutomatonDoc(DocStruct, omit_defaults=False, kw_only=True):

@@ -1,7 +1,7 @@
 """The design of a lesson: its states, features and parameters, given by name.
 
 "goto(nearest_food)" is a state that runs goto with its parameter bound; "distance_to(A)" is a feature of the
-parameter A.
+parameter A; "range(A) / speed" and "heading - course" are pairs of features.
 """
 
 from __future__ import annotations
@@ -9,14 +9,16 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import accumulate
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.features import BoundFeature, FlagFeature
+from understudy.model.features import BoundFeature, FlagFeature, pair_features
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.model.reading_pairs import PairOperation
 
 _CALL = re.compile(r"\s*([^\s(),=]+(?:\s+[^\s(),=]+)*)\s*(?:\(([^()]*)\))?\s*")
 
@@ -106,15 +108,61 @@ def parse_state(library: Library, text: str | State) -> State:
 
 
 def parse_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
-    """Parse a feature of the kit with bound parameters, "distance_to(A)", or a flag of a behavior, "done"."""
+    """Parse a feature of the kit with bound parameters, "distance_to(A)", a flag of a behavior, "done", or a pair.
+
+    A pair is a quotient or a difference of two features that are readings, or of pairs in parentheses:
+    "distance_to(A) / speed", "(x_ahead - x) / speed".
+    """
     if isinstance(text, BoundFeature):
         return text
-    name, arguments = _parse(text, what="feature")
+    sides = _split_pair(library, text)
+    if sides is not None:
+        left, operation, right = sides
+        return pair_features(operation, parse_feature(library, left), parse_feature(library, right))
+    name, arguments = _parse(_strip_parentheses(text), what="feature")
     features = library.features
     if name not in features:
         raise UnknownName(what="feature", name=name, where="the kit", known=list(features))
     feature = features[name]
     return BoundFeature(feature, _bound(name, feature.parameters, arguments))
+
+
+def _split_pair(library: Library, text: str) -> tuple[str, PairOperation, str] | None:
+    """Split a pair at its sign; None if it is none.
+
+    Names may hold the signs, too: without spaces around it, a sign parts the names of two features of the kit only.
+    As in arithmetic, differences are split first, and the last sign of several.
+    """
+    text = _strip_parentheses(text)
+    match = _CALL.fullmatch(text)
+    if match is not None and match[1] in library.features:
+        return None
+    depths = list(accumulate((letter == "(") - (letter == ")") for letter in text))
+    for operation in (PairOperation.DIFFERENCE, PairOperation.QUOTIENT):
+        for place in range(len(text) - 1, -1, -1):
+            if text[place] != operation.sign or depths[place] != 0:
+                continue
+            left, right = text[:place], text[place + 1 :]
+            if left.endswith(" ") and right.startswith(" ") and left.strip():
+                return left.strip(), operation, right.strip()
+            if all(_names_feature(library, each) for each in (left, right)):
+                return left, operation, right
+    return None
+
+
+def _names_feature(library: Library, text: str) -> bool:
+    """Return whether a text is the name of a feature, with arguments or without, or a pair of such names."""
+    match = _CALL.fullmatch(_strip_parentheses(text))
+    return (match is not None and match[1] in library.features) or _split_pair(library, text) is not None
+
+
+def _strip_parentheses(text: str) -> str:
+    """Remove parentheses around the whole of a text."""
+    text = text.strip()
+    depths = list(accumulate((letter == "(") - (letter == ")") for letter in text))
+    if text.startswith("(") and depths[-1] == 0 and 0 not in depths[:-1]:
+        return _strip_parentheses(text[1:-1])
+    return text
 
 
 def check_binding_names(library: Library, automaton: Automaton) -> None:

@@ -4,8 +4,9 @@
 
 FOLDER has the folders stop-sign, merge and pick-place with one CSV file for each demonstration. Those with even numbers
 serve to develop: labels are found in all of them together, and automata are learned from three quarters of them and
-run over the readings of the rest, in turn. With --odd, automata are learned from all even ones, and those with odd
-numbers are labelled and run over. True actions serve only to score.
+run over the readings of the rest, in turn, with the features given and with the pairs of readings that are taken where
+they are worth it. With --odd, automata are learned from all even ones, and those with odd numbers are labelled and run
+over. True actions serve only to score.
 """
 
 from __future__ import annotations
@@ -21,19 +22,21 @@ from numpy.typing import NDArray
 
 from understudy.addons.recordings.candidates import CommandModel
 from understudy.addons.recordings.drive_examples import name_state
-from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.drive_kit import list_drive_features
+from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
+from understudy.addons.recordings.pair_report import take_pairs
 from understudy.addons.recordings.recorded_drive import RecordedDrive, join_drives
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.stateless_lesson import choose_stateless
 from understudy.learning.fit import learn_automaton
 from understudy.model.behaviors import Behavior
-from understudy.model.binding import NOTHING_BOUND
 from understudy.model.features import BoundFeature, Feature, ReadingsView, feature
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.value_kinds import Column, Continuous
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.link import link
+from understudy.training.lesson_design import parse_feature
 from understudy_lab.recordings.plunder import MODELS, Demonstration, read_demonstrations, with_unknown
 
 NAME = "driven"
@@ -49,24 +52,6 @@ def speed_left(robot: ReadingsView) -> Column:
 def braking_left(robot: ReadingsView) -> Column:
     """Distance left to the place where full braking would have to begin."""
     return robot.target - robot.pos - robot.vel**2 / (-2 * robot.decMax)
-
-
-@feature(Continuous())
-def gap_ahead(robot: ReadingsView) -> Column:
-    """Distance to the car ahead."""
-    return robot.f_x - robot.x
-
-
-@feature(Continuous())
-def gap_left(robot: ReadingsView) -> Column:
-    """Distance to the car at the left."""
-    return robot.l_x - robot.x
-
-
-@feature(Continuous())
-def gap_right(robot: ReadingsView) -> Column:
-    """Distance to the car at the right."""
-    return robot.r_x - robot.x
 
 
 @feature(Continuous())
@@ -93,33 +78,49 @@ def target_distance(robot: ReadingsView) -> Column:
     return np.sqrt((robot.tx - robot.x) ** 2 + (robot.ty - robot.y) ** 2 + (robot.tz - robot.z) ** 2)
 
 
-FEATURES: Mapping[str, Sequence[Feature]] = {
-    "stop-sign": (speed_left, braking_left),
-    "merge": (gap_ahead, gap_left, gap_right),
-    "pick-place": (cube_beside, target_distance, Feature("end_width", Continuous(), "end_width")),
+COMPUTED = (speed_left, braking_left, lead_ahead, lane_offset, cube_beside, target_distance)
+"""The features that are computed of readings."""
+
+FEATURES: Mapping[str, Sequence[str]] = {
+    "stop-sign": ("speed_left", "braking_left"),
+    "merge": ("f_x - x", "l_x - x", "r_x - x"),
+    "pick-place": ("cube_beside", "target_distance", "end_width"),
 }
 """The features of each folder that automata decide on, such as a person would choose them."""
 
-MORE_FEATURES: Mapping[str, Sequence[Feature]] = {
-    "stop-sign": (*FEATURES["stop-sign"], Feature("vel", Continuous(), "vel")),
-    "merge": (*FEATURES["merge"], lead_ahead, lane_offset),
+MORE_FEATURES: Mapping[str, Sequence[str]] = {
+    "stop-sign": (*FEATURES["stop-sign"], "vel"),
+    "merge": (*FEATURES["merge"], "lead_ahead", "lane_offset"),
     "pick-place": FEATURES["pick-place"],
 }
 """The features of each folder that labels are found with."""
 
 
-def learn_from_labels(segmentation: Segmentation, features: Sequence[Feature]) -> Library:
+def make_demonstration_library(drive: RecordedDrive, behaviors: Sequence[str]) -> Library:
+    """Make a library of the readings of demonstrations, what is computed of them, and behaviors by name."""
+    readings = (Feature(each.name, each.kind, each.name) for each in drive.readings)
+    return Library(Kit.from_parts(*readings, *COMPUTED, *map(Behavior, behaviors)))
+
+
+def learn_from_labels(segmentation: Segmentation, features: Sequence[str], *, pairs: bool = False) -> Library:
     """Learn an automaton from a labelled drive, and return a library that has it.
 
-    The same setting for all folders: whether one tree serves all states is found by leaving demonstrations out.
+    The same setting for all folders: whether one tree serves all states is found by leaving demonstrations out, and so
+    are pairs of these features and the readings, if asked for.
     """
-    names = [each.name for each in segmentation.candidates]
-    library = Library(Kit.from_parts(*features, *map(Behavior, names)))
-    drive_lesson = to_lesson(
-        segmentation, name=NAME, library=library, features=[each.name for each in features], reaction_s=0.0
-    )
-    lesson = choose_stateless(segmentation, drive_lesson).lesson
-    return drive_lesson.library.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
+    library = make_demonstration_library(segmentation.drive, [each.name for each in segmentation.candidates])
+
+    def make(chosen: Sequence[str | BoundFeature]) -> DriveLesson:
+        made = to_lesson(segmentation, name=NAME, library=library, features=chosen, reaction_s=0.0)
+        return choose_stateless(segmentation, made)
+
+    made = make(features)
+    if pairs:
+        sides = [parse_feature(library, each) for each in features]
+        sides += list_drive_features(library, segmentation.drive)
+        made, _ = take_pairs(segmentation, made, sides, make)
+    lesson = made.lesson
+    return made.library.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
 
 
 def run_over_readings(library: Library, drive: RecordedDrive, names: Sequence[str]) -> NDArray[np.int64]:
@@ -140,7 +141,8 @@ def run_over_readings(library: Library, drive: RecordedDrive, names: Sequence[st
 
 EVEN, ODD = 0, 1
 QUARTERS = 4
-LABELS, UNKNOWN, AGREEMENT = "labels", "labels, constants unknown", "automaton"
+LABELS, UNKNOWN = "labels", "labels, constants unknown"
+AGREEMENT, WITH_PAIRS = "automaton", "automaton, with pairs"
 
 
 class Shares(NamedTuple):
@@ -156,11 +158,12 @@ class Shares(NamedTuple):
 
 
 def label_demonstrations(
-    demonstrations: Sequence[Demonstration], models: Sequence[CommandModel], features: Sequence[Feature]
+    demonstrations: Sequence[Demonstration], models: Sequence[CommandModel], features: Sequence[str]
 ) -> Segmentation:
     """Label demonstrations together, with chances of switches that depend on features."""
-    bound = [BoundFeature(each, NOTHING_BOUND) for each in features]
-    return segment([each.drive for each in demonstrations], models, features=bound)
+    drives = [each.drive for each in demonstrations]
+    library = make_demonstration_library(drives[0], ())
+    return segment(drives, models, features=[parse_feature(library, each) for each in features])
 
 
 def score_labels(segmentation: Segmentation, demonstrations: Sequence[Demonstration]) -> list[float]:
@@ -172,13 +175,12 @@ def score_labels(segmentation: Segmentation, demonstrations: Sequence[Demonstrat
 
 
 def score_automaton(
-    learned: Sequence[Demonstration], unseen: Sequence[Demonstration], folder: str
+    learned: Sequence[Demonstration], unseen: Sequence[Demonstration], folder: str, *, pairs: bool
 ) -> list[float]:
     """Learn an automaton from the labels of some demonstrations; return how far it agrees with others, %."""
     models = MODELS[folder]
-    library = learn_from_labels(
-        label_demonstrations(learned, models, MORE_FEATURES[folder]), FEATURES[folder]
-    )
+    labels = label_demonstrations(learned, models, MORE_FEATURES[folder])
+    library = learn_from_labels(labels, FEATURES[folder], pairs=pairs)
     drive = join_drives([each.drive for each in unseen])
     states = run_over_readings(library, drive, [each.name for each in models])
     episodes = zip(unseen, drive.episodes, strict=True)
@@ -201,20 +203,23 @@ def measure_folder(root: Path, folder: str, *, odd: bool) -> list[Shares]:
                 score_labels(label_demonstrations(demonstrations, models, features), demonstrations),
             )
         )
-    if odd:
-        agreement = score_automaton(even, demonstrations, folder)
-    else:
-        agreement = [
-            share
+    parts = (
+        [(even, demonstrations)]
+        if odd
+        else [
+            ([each for index, each in enumerate(even) if index % QUARTERS != part], even[part::QUARTERS])
             for part in range(QUARTERS)
             if even[part::QUARTERS]
-            for share in score_automaton(
-                [each for index, each in enumerate(even) if index % QUARTERS != part],
-                even[part::QUARTERS],
-                folder,
-            )
         ]
-    return [*rows, Shares(folder, AGREEMENT, agreement)]
+    )
+    for what, pairs in ((AGREEMENT, False), (WITH_PAIRS, True)):
+        shares = [
+            share
+            for learned, unseen in parts
+            for share in score_automaton(learned, unseen, folder, pairs=pairs)
+        ]
+        rows.append(Shares(folder, what, shares))
+    return rows
 
 
 def main() -> None:

@@ -18,6 +18,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from understudy.model.reading_pairs import PairedReading, PairSide, ReadingPair
+
 ARITHMETIC: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARED: Mapping[type[ast.cmpop], str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 COMPARISONS = tuple(COMPARED.values())
@@ -87,6 +89,9 @@ class TranslatedFunction:
 
 def translate_function(function: Callable[..., Any], parameters: Sequence[str]) -> TranslatedFunction:
     """Translate the function of a feature or behavior; `parameters` are its arguments after the robot."""
+    if isinstance(function, ReadingPair):
+        looked = tuple((each.reading, each.of) for each in function.readings)
+        return TranslatedFunction({"": _translate_side(function)}, tuple(dict.fromkeys(looked)))
     if hasattr(function, "__wrapped__"):  # its source text is that of the inner function
         return TranslatedFunction({}, (), "it is wrapped in another function")
     try:
@@ -111,6 +116,13 @@ def translate_function(function: Callable[..., Any], parameters: Sequence[str]) 
         return TranslatedFunction(_Translator(function, owners).translate_body(statement.body), looked)
     except NotTranslatable as problem:
         return TranslatedFunction({}, looked, str(problem))
+
+
+def _translate_side(side: PairSide) -> Expression:
+    """Translate a pair of readings, or one of its sides."""
+    if isinstance(side, PairedReading):
+        return ReadingValue(side.reading, side.of)
+    return Operation(side.operation.sign, (_translate_side(side.left), _translate_side(side.right)))
 
 
 class _Translator:

@@ -190,16 +190,42 @@ def measure_agreement(
     Agreement
         The ticks of each episode, and what was left out.
     """
+    left_out = LeftOut.DRIVES if len(segmentation.drive.episodes) > 1 else LeftOut.BLOCKS
+    return count_repeated(segmentation, run_left_out(segmentation, drive_lesson, targets=targets), left_out)
+
+
+def run_left_out(
+    segmentation: Segmentation,
+    drive_lesson: DriveLesson,
+    *,
+    targets: Mapping[str, str] = MappingProxyType({}),
+) -> Ints:
+    """Run automata over the parts of a drive that they were not learned from, as `measure_agreement` says.
+
+    Parameters
+    ----------
+    segmentation
+        The drive that the lesson was made of, with its labels.
+    drive_lesson
+        The lesson.
+    targets
+        Targets of the automaton's parameters, by parameter.
+
+    Returns
+    -------
+    array, shape [T]
+        Index of the label whose state the automaton is in at each tick; `OTHER` for other states.
+    """
     drive, names = segmentation.drive, tuple(each.name for each in segmentation.candidates)
     states = np.full(drive.ticks, OTHER, np.int64)
-    left_out = LeftOut.DRIVES if len(drive.episodes) > 1 else LeftOut.BLOCKS
     for part in _divide_drive(drive):
         rest = leave_out(drive_lesson.lesson, drive, part)
         program = _link_lesson(rest, drive_lesson.library, targets)
         for piece in part:
-            before = () if left_out == LeftOut.DRIVES else _find_state_before(segmentation, piece, rest.name)
+            is_block = len(drive.episodes) == 1
+            before = _find_state_before(segmentation, piece, rest.name) if is_block else ()
             states[piece.ticks] = _run_ticks(program, drive, piece, names, before)
-    return count_repeated(segmentation, states, left_out)
+    return states
 
 
 def count_repeated(

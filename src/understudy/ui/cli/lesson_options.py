@@ -58,7 +58,8 @@ DrivenFeatures: TypeAlias = Annotated[
     typer.Option(
         "--features",
         metavar="A,B(C)",
-        help="Features that decisions depend on; those of a drive also help to find when its driver switched.",
+        help="Features that decisions depend on, also 'A / B' and 'A - B'; those of a drive also help to find when its "
+        "driver switched.",
     ),
 ]
 RecordedTargets: TypeAlias = Annotated[
@@ -300,6 +301,13 @@ class LearnDriveOptions(DriveOptions):
     driver: Annotated[
         str, typer.Option("--driver", metavar="NAME", help="Name of the driver.", show_default=False)
     ] = ""
+    pairs: Annotated[
+        bool,
+        typer.Option(
+            "--pairs/--no-pairs",
+            help="Take quotients and differences of readings as features where more is repeated of drives left out.",
+        ),
+    ] = True
 
 
 class LearnDriversOptions(DriveOptions):

@@ -17,6 +17,7 @@ from understudy.addons.recordings.drive_kit import make_candidates, make_drive_k
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
 from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map
+from understudy.addons.recordings.pair_report import PairReport, take_pairs
 from understudy.addons.recordings.propose_behaviors import discover_behaviors, make_constant_candidate
 from understudy.addons.recordings.recorded_drive import RecordedDrive, find_places, join_drives
 from understudy.addons.recordings.run_drives import (
@@ -38,6 +39,7 @@ from understudy.ui.cli.lesson_options import DriveOptions, LearnDriveOptions
 from understudy.ui.cli.named_inputs import find_kit, open_behavior_library
 from understudy.ui.cli.options import WORLD, parse_names, parse_targets
 from understudy.ui.cli.output import format_count, make_console, make_table
+from understudy.ui.cli.progress_bar import show_progress
 from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_scenario
 
 if TYPE_CHECKING:
@@ -86,9 +88,41 @@ def learn_drive(options: LearnDriveOptions) -> None:
     opened = open_drives(options.recordings, options)
     with say_omissions(opened.drive):
         drive = segment_opened_drives(options.recordings[0], opened, options)
-        made = make_drive_lesson(drive, options, driver=options.driver)
+        made, pairs = make_drive_lesson(drive, options, driver=options.driver), None
+        if options.pairs:
+            made, pairs = _take_pairs(drive, made, options)
         report = make_drive_report(drive.found, made, targets=parse_targets(options.targets))
-    learn_lesson(made.lesson, options, {"drive": report}, partial(print_drive_report, report))
+    facts = {"drive": report, **({} if pairs is None else {"pairs": pairs})}
+    learn_lesson(made.lesson, options, facts, partial(_print_facts, report, pairs))
+
+
+def _take_pairs(
+    drive: SegmentedDrive, made: DriveLesson, options: LearnDriveOptions
+) -> tuple[DriveLesson, PairReport]:
+    """Take pairs of the readings that decisions depend on into the lesson, where they are worth it."""
+    # A driver's reaction time is not another one because decisions depend on other features.
+    asked = replace(options, reaction=made.lesson.options.reaction_s)
+
+    def make(features: Sequence[BoundFeature]) -> DriveLesson:
+        again = make_drive_lesson(drive._replace(features=list(features)), asked, driver=options.driver)
+        return replace(again, reaction=made.reaction)
+
+    targets = parse_targets(options.targets)
+    with show_progress("Pairs of readings tried", quiet=options.as_json) as report:
+        return take_pairs(
+            drive.found, made, made.lesson.automaton.features, make, targets=targets, report=report
+        )
+
+
+def _print_facts(report: DriveReport, pairs: PairReport | None) -> None:
+    """Print the report of a drive, and the pairs of readings that were tried and taken."""
+    print_drive_report(report)
+    if pairs is not None and pairs.fitting:
+        out = make_console()
+        for sentence in pairs.list_sentences():
+            out.print(escape(sentence), soft_wrap=True)
+        if pairs.taken:
+            out.print("[dim]Without them: --no-pairs[/]")
 
 
 @contextmanager
