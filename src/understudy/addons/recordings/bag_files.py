@@ -27,9 +27,9 @@ ZSTANDARD = b"\x28\xb5\x2f\xfd"
 """How data begins that a recorder compressed by the message."""
 
 
-def open_sqlite(path: Path, omissions: list[str], stack: ExitStack) -> MessageFile:
+def open_sqlite(path: Path | str, omissions: list[str], stack: ExitStack) -> MessageFile:
     """Open a .db3 file of ROS 2; older ones have no definitions of their types."""
-    path = _mend_cut(path, omissions, stack)
+    path = _mend_cut(Path(path), omissions, stack)
 
     def connect() -> sqlite3.Connection:
         fixed = "" if path.with_name(f"{path.name}-wal").exists() else "&immutable=1"
@@ -93,9 +93,9 @@ def _decompress(data: bytes) -> bytes:
     return decompressed
 
 
-def open_ros_1(path: Path) -> MessageFile:
+def open_ros_1(path: Path | str) -> MessageFile:
     """Open a .bag file of ROS 1."""
-    bags = import_for_messages("rosbags.rosbag1")
+    path, bags = Path(path), import_for_messages("rosbags.rosbag1")
     try:
         with bags.Reader(path) as reader:
             topics = {

@@ -206,9 +206,9 @@ def _hold_commands(table: RecordedTable, mapping: RecordingMap, at: RowTimes) ->
         read = table.read_values(each.column, of="the commands")
         if read.kind is None or (isinstance(read.kind, Categorical) and read.kind != BOOLEAN):
             raise table.refuse(f"column {each.column!r}", "its commands are texts", "map a column of numbers")
-        given = _convert_unit(table, each, read.values[at.rows]) * each.scale
-        values, ages = _hold(given, at)
-        held = np.isnan(given) & ~np.isnan(values)
+        commanded = _convert_unit(table, each, read.values[at.rows]) * each.scale
+        values, ages = _hold(commanded, at)
+        held = np.isnan(commanded) & ~np.isnan(values)
         if held.any():
             longest = int(np.argmax(np.where(held, ages, 0.0)))
             limit = each.hold_s
@@ -237,9 +237,9 @@ def _hold(values: Column, at: RowTimes) -> tuple[Column, Column]:
     begins[at.starts] = at.starts
     begins = np.maximum.accumulate(begins)
     last = np.maximum.accumulate(np.where(np.isnan(values), -1, np.arange(count)))
-    known = last >= begins
-    held: Column = np.where(known, values[np.maximum(last, 0)], np.nan)
-    return held, np.where(known, at.times - at.times[np.maximum(last, 0)], 0.0)
+    has_one = last >= begins
+    held: Column = np.where(has_one, values[np.maximum(last, 0)], np.nan)
+    return held, np.where(has_one, at.times - at.times[np.maximum(last, 0)], 0.0)
 
 
 def _resample(

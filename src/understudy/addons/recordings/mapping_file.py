@@ -155,7 +155,18 @@ class RecordingMap(StrictStruct, frozen=True, kw_only=True):
     world: str | None = None
 
     def topic(self, name: str) -> str:
-        """Return the full name of a topic."""
+        """Return the full name of a topic.
+
+        Parameters
+        ----------
+        name
+            Its name; the slash before it may be left out.
+
+        Returns
+        -------
+        str
+            The name in a recording.
+        """
         return complete_topic(name)
 
     def list_columns(self) -> list[str]:

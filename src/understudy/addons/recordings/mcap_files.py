@@ -32,10 +32,11 @@ FOOTER_RECORD, SCHEMA_RECORD, CHANNEL_RECORD, MESSAGE_RECORD, CHUNK_RECORD = 2, 
 MAGIC = b"\x89MCAP0\r\n"
 
 
-def open_mcap(path: Path, omissions: list[str]) -> MessageFile:
+def open_mcap(path: Path | str, omissions: list[str]) -> MessageFile:
     """Open an MCAP file, and list its topics."""
     from mcap.records import Channel, Schema
 
+    path = Path(path)
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
 

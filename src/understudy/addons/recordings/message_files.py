@@ -27,8 +27,9 @@ MOST_OVERLAP_NS = 1_000_000_000
 """The longest time by which two files of a recording may overlap, ns."""
 
 
-def open_message_file(path: Path, omissions: list[str], stack: ExitStack) -> MessageFile:
+def open_message_file(path: Path | str, omissions: list[str], stack: ExitStack) -> MessageFile:
     """Open a recording of messages, and list its topics; `stack` closes what is unpacked of it."""
+    path = Path(path)
     if not path.is_dir():
         return _open_file(path, omissions, stack)
     files = [each for each in sorted(path.iterdir(), key=_sort_key) if _is_part(each)]

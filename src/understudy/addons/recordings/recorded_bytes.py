@@ -53,7 +53,7 @@ def read_bytes(path: Path | str, *, remedy: str) -> bytes:
     return content
 
 
-def refuse_pointer(path: Path, content: bytes) -> None:
+def refuse_pointer(path: Path | str, content: bytes) -> None:
     """Refuse a file that begins as a pointer of git-lfs does."""
     if content.startswith(POINTER):
         raise FileError(
@@ -65,8 +65,9 @@ def refuse_pointer(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def open_decompressed(path: Path, *, remedy: str) -> Iterator[Path]:
+def open_decompressed(path: Path | str, *, remedy: str) -> Iterator[Path]:
     """Yield the path of a file, or of a temporary one with what a compressed one has; folders stay as they are."""
+    path = Path(path)
     if path.is_dir():
         yield path
     elif path.suffix.lower() in COMPRESSED:

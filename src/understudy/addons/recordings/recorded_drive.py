@@ -253,13 +253,13 @@ def align_labels(drives: Sequence[RecordedDrive]) -> list[RecordedDrive]:
 
 def _join_reading(drives: Sequence[RecordedDrive], name: str) -> Reading:
     """Return a reading with the labels that it has in any drive; refuse one that is another in each."""
-    found = [next(each for each in drive.readings if each.name == name) for drive in drives]
-    known = [
+    readings = [next(each for each in drive.readings if each.name == name) for drive in drives]
+    pairs = [
         (drive, each)
-        for drive, each in zip(drives, found, strict=True)
+        for drive, each in zip(drives, readings, strict=True)
         if any(not np.isnan(column).all() for (other, _), column in drive.values.items() if other == name)
-    ] or [(drives[0], found[0])]
-    (first, joined), *others = known
+    ] or [(drives[0], readings[0])]
+    (first, joined), *others = pairs
     for drive, other in others:
         kinds = joined.kind, other.kind
         if isinstance(kinds[0], Categorical) and isinstance(kinds[1], Categorical):
@@ -284,9 +284,9 @@ def _convert_labels(drive: RecordedDrive, readings: Mapping[str, Reading]) -> Re
         for key in values:
             if key[0] == reading.name:
                 column = values[key]
-                known = ~np.isnan(column)
+                present = ~np.isnan(column)
                 values[key] = np.full(len(column), np.nan)
-                values[key][known] = numbers[column[known].astype(np.int64)]
+                values[key][present] = numbers[column[present].astype(np.int64)]
     return replace(drive, values=values, readings=tuple(readings.values()))
 
 

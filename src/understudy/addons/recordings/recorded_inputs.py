@@ -28,7 +28,7 @@ from understudy.addons.recordings.row_times import SHORTEST_GAP_S
 from understudy.addons.robots.camera.config import CameraSpec
 from understudy.addons.robots.inputs import FRAMES, SensorInputs, TopicInput
 from understudy.addons.robots.robot_file import FrameSpec, ReadingSpec, TargetPlaceSpec
-from understudy.addons.robots.ros.message_readings import find_field, make_extractor
+from understudy.addons.robots.ros.message_readings import find_message_field, make_extractor
 from understudy.errors import FileError, join_names, suggest_known_name
 from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import Column, Continuous, Kind
@@ -306,17 +306,17 @@ class RecordedInputs:
         if topic.list_fields is None and not of_scan:
             return None, "", make_walk(path or "")
         if topic.list_fields is not None and path is not None:
-            leaf = find_field(topic.type, path, topic.list_fields)
+            leaf = find_message_field(topic.type, path, topic.list_fields)
             if not isinstance(leaf, DecodeProblem) and leaf[0] == BASE and leaf[1][0] == "string":
                 return None, "", make_walk(path)
         spec = ReadingSpec(
             topic=topic.name, type=topic.type, field=path, sector_deg=column.sector_deg, offset_m=column.offset_m,
             clear_m=column.clear_m, unit="" if column.column else column.unit,
         )  # fmt: skip
-        made = make_extractor(spec, topic.list_fields or (lambda _: {}))
-        if isinstance(made, DecodeProblem):
-            self.refuse(place, f"{made.key} {made.problem}", made.remedy)
-        return made
+        extractor = make_extractor(spec, topic.list_fields or (lambda _: {}))
+        if isinstance(extractor, DecodeProblem):
+            self.refuse(place, f"{extractor.key} {extractor.problem}", extractor.remedy)
+        return extractor
 
     def _make_number(self, column: str, of: str, name: str, parse: Callable[[Any], float]) -> TopicInput:
         """Make the input of a number that is no reading; FileError is raised if its topic cannot be decoded.
@@ -330,12 +330,12 @@ class RecordedInputs:
         extract = make_walk(path)
         if topic.list_fields is not None:
             spec = ReadingSpec(topic=topic_name, type=topic.type, field=path)
-            made = make_extractor(spec, topic.list_fields)
-            if isinstance(made, DecodeProblem):
-                self.refuse(place, f"{made.key} {made.problem}", made.remedy)
-            if made[1] == "s":  # a stamp of ROS
-                return _make_input(name, topic, (name, None), inf, made[2])
-            extract = made[2]
+            extractor = make_extractor(spec, topic.list_fields)
+            if isinstance(extractor, DecodeProblem):
+                self.refuse(place, f"{extractor.key} {extractor.problem}", extractor.remedy)
+            if extractor[1] == "s":  # a stamp of ROS
+                return _make_input(name, topic, (name, None), inf, extractor[2])
+            extract = extractor[2]
         return _make_input(name, topic, (name, None), inf, lambda message: parse(extract(message)))
 
 

@@ -196,11 +196,11 @@ def _add_places(
     if mapping.targets:
         keys = list(values)
         rows = zip(*(values[key].tolist() for key in keys), strict=True) if keys else ((),) * count
-        found = [
+        readings = [
             compute_ranges_and_bearings(mapping.targets, dict(zip(keys, row, strict=True))) for row in rows
         ]
-        for key in found[0] if found else ():
-            values[key] = np.array([each[key] for each in found])
+        for key in readings[0] if readings else ():
+            values[key] = np.array([each[key] for each in readings])
     named = {(each.quantity, each.target) for each in recorded.columns.values()}
     about = {each.name: each for each in recorded.inputs.readings}
     return [

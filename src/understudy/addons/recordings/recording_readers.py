@@ -28,8 +28,8 @@ class RecordingReader(Protocol):
         ...
 
 
-CSV = "understudy.addons.recordings.table_files.read_csv"
-JSON_LINES = "understudy.addons.recordings.table_files.read_json_lines"
+CSV = "understudy.addons.recordings.table_readers.read_csv"
+JSON_LINES = "understudy.addons.recordings.table_readers.read_json_lines"
 MESSAGES = "understudy.addons.recordings.recorded_messages.read_messages"
 FOLDER = ""
 """Stands for the end of the name of a folder."""
@@ -38,7 +38,7 @@ BUILTIN_READERS: Mapping[str, str] = {
     ".csv": CSV,
     ".jsonl": JSON_LINES,
     ".ndjson": JSON_LINES,
-    ".parquet": "understudy.addons.recordings.table_files.read_parquet",
+    ".parquet": "understudy.addons.recordings.table_readers.read_parquet",
     ".mcap": MESSAGES,
     ".bag": MESSAGES,
     ".db3": MESSAGES,

@@ -59,20 +59,20 @@ class RowTimes(NamedTuple):
 def find_row_times(table: RecordedTable, mapping: RecordingMap) -> RowTimes:
     """Find the time of each row; FileError is raised if the column of times cannot be understood."""
     raw = _remove_zeros(_read_times(table, mapping))
-    known = raw[~np.isnan(raw)]
-    if len(known) < 2 or np.ptp(known) == 0:
-        if mapping.time is not None and len(known) > 1:
-            problem = f"its times are all {known[0]:.12g} s"
+    present = raw[~np.isnan(raw)]
+    if len(present) < 2 or np.ptp(present) == 0:
+        if mapping.time is not None and len(present) > 1:
+            problem = f"its times are all {present[0]:.12g} s"
             remedy = "name another column as time, or leave it out and give tick_s"
             raise table.refuse(f"column {_name_time(mapping)!r}", problem, remedy)
         rows = np.flatnonzero(~np.isnan(raw))
         return RowTimes(rows, raw[rows], [0], mapping.tick_s or 1.0)
     rows = np.arange(len(raw))
-    if (np.diff(known) <= 0).all():
+    if (np.diff(present) <= 0).all():
         table.omissions.append(f"{table.path}: its last row is the earliest; read from the last to the first")
         rows = rows[::-1]
     rows = _drop_rows_before_time(table, rows, raw)
-    given = ~np.isnan(raw)
+    has_time = ~np.isnan(raw)
     gap_s = mapping.gap_s or max(SHORTEST_GAP_S, GAP_STEPS * _measure_usual(raw[rows]))
     rows, times, starts = _sort_late_rows(table, rows, raw[rows], gap_s)
     if len(starts) > 1 + len(rows) // 4:
@@ -81,7 +81,7 @@ def find_row_times(table: RecordedTable, mapping: RecordingMap) -> RowTimes:
         raise table.refuse(
             place, problem, "sort the rows by time, one robot in each file, or name another column"
         )
-    times = _spread_equal_times(table, rows, times, starts, gap_s, given)
+    times = _spread_equal_times(table, rows, times, starts, gap_s, has_time)
     usual = _measure_usual(times)
     _refuse_unit(table, mapping, times, usual)
     starts = _find_gaps(table, rows, times, starts, gap_s)
@@ -94,8 +94,8 @@ def _name_time(mapping: RecordingMap) -> str:
 
 def _measure_usual(times: Column) -> float:
     """Return the median of the time between two rows, those of equal time taken as spread evenly, s."""
-    known = times[~np.isnan(times)]
-    steps = np.diff(known)
+    present = times[~np.isnan(times)]
+    steps = np.diff(present)
     rising = steps[steps > 0]
     if not len(rising):
         return inf
@@ -243,9 +243,9 @@ def _spread_equal_times(
     times: Column,
     starts: Sequence[int],
     gap_s: float,
-    given: NDArray[np.bool_],
+    has_time: NDArray[np.bool_],
 ) -> Column:
-    """Spread rows of equal time evenly over the time until the next one; `given` [N] are the rows that had one."""
+    """Spread rows of equal time evenly over the time until the next one; `has_time` [N] are the rows that had one."""
     begins = np.flatnonzero(np.concatenate([[True], np.diff(times) != 0]))
     counts = np.diff([*begins, len(times)])
     if counts.max() == 1:
@@ -261,7 +261,7 @@ def _spread_equal_times(
             ahead = before if 0 < before <= gap_s and counts[number - 1] == count else step * count
         if count > 1:
             spread[begin:end] += ahead * np.arange(count) / count
-    equal = np.add.reduceat(given[rows].astype(np.int64), begins)
+    equal = np.add.reduceat(has_time[rows].astype(np.int64), begins)
     many = np.flatnonzero(equal > 1)
     if len(many):
         first = int(begins[many[0]])

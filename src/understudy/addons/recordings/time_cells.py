@@ -43,16 +43,16 @@ def parse_times(cells: Sequence[Any] | Column, factor: float) -> Column:
     if all(parse_number(each) is not None for each in cells):
         # Nanoseconds since 1970 have more digits than a float.
         integers = [_parse_integer(each) for each in cells]
-        known = [each for each in integers if each is not None]
-        if known and len(known) == len(cells) and max(map(abs, known)) > 2**53:
-            begin = known[0]
-            return np.array([(each - begin) * factor for each in known]) + begin * factor
+        numbers = [each for each in integers if each is not None]
+        if numbers and len(numbers) == len(cells) and max(map(abs, numbers)) > 2**53:
+            begin = numbers[0]
+            return np.array([(each - begin) * factor for each in numbers]) + begin * factor
         return read_cells(cells).values * factor
     day_first = _is_day_first(cells)
     times = np.array([_parse_date(each, factor, day_first=day_first) for each in cells], dtype=np.float64)
-    given = np.flatnonzero(~np.isnan(times))
-    if len(given) and (period_s := _find_period(cells[given[0]])):  # the clock goes on from 0 at midnight
-        times[given] = np.unwrap(times[given], period=period_s)
+    rows = np.flatnonzero(~np.isnan(times))
+    if len(rows) and (period_s := _find_period(cells[rows[0]])):  # the clock goes on from 0 at midnight
+        times[rows] = np.unwrap(times[rows], period=period_s)
     return times
 
 

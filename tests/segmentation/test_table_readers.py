@@ -15,7 +15,7 @@ import pytest
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.recorded_table import RecordedTable
-from understudy.addons.recordings.table_files import read_csv, read_json_lines, read_parquet
+from understudy.addons.recordings.table_readers import read_csv, read_json_lines, read_parquet
 from understudy.errors import FileError
 
 HEADER = "time_s,range(ball),command.drive"

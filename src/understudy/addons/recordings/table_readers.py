@@ -259,10 +259,10 @@ class _TwiceError(Exception):
 
 
 def _make_object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    made = dict(pairs)
-    if len(made) != len(pairs):
+    content = dict(pairs)
+    if len(content) != len(pairs):
         raise _TwiceError(Counter(key for key, _ in pairs).most_common(1)[0][0])
-    return made
+    return content
 
 
 def _refuse_twice(path: Path, line: int, key: str) -> FileError:
