@@ -112,8 +112,10 @@ def make_hand(x: float, y: float, _turn: Any) -> Any:
 
 
 def make_transforms(x: float, y: float, turn: Sequence[float]) -> Any:
-    link = make_message("geometry_msgs/msg/TransformStamped", child_frame_id="base_link")
-    link.header.frame_id = "map"
+    """One of the two links between map and base_link, so that the pose is as old as the older one."""
+    parent, child = ("map", "odom") if y > 1.0 else ("odom", "base_link")
+    link = make_message("geometry_msgs/msg/TransformStamped", child_frame_id=child)
+    link.header.frame_id = parent
     link.transform.translation.x, link.transform.translation.y = x, y
     for name, value in zip("xyzw", turn, strict=True):
         setattr(link.transform.rotation, name, value)
@@ -222,6 +224,13 @@ said = st.lists(
 )
 @example(
     said=[(0, "/rover/scan", inf, 0.0, AHEAD)], names=["front"], places=True, stale_s=1.0505, twist="Twist"
+)
+@example(
+    said=[(at, "/tf", 1.0, 2.0 * (at == 200), AHEAD) for at in range(100, 700, 100)],
+    names=["near"],
+    places=True,
+    stale_s=1.0505,
+    twist="TwistStamped",
 )
 @settings(deadline=None, max_examples=60)
 def test_recorded_messages_give_the_readings_of_a_robot(

@@ -20,6 +20,7 @@ ABOUT: Mapping[str, str] = MappingProxyType(
     {
         "learning": "Compare the time to learn a tree with scikit-learn's DecisionTreeClassifier.fit.",
         "looks": "Compare the analyses of a lesson of 200 examples with a fit of scikit-learn.",
+        "reading": "Measure the time to read an hour of a bag with 40 topics.",
         "segmentation": "Measure the time to find behaviors in an hour of driving.",
         "interpreter": "Compare one update of a three-level automaton with one of a py_trees tree of 11 nodes.",
         "swarm": "Compare swarms of 100 to 100 000 robots with Mesa 3, VMAS and hand-written code (takes minutes).",
@@ -124,6 +125,17 @@ def print_segmentation(result: Result) -> None:
     make_console().print(table)
 
 
+def print_reading(result: Result) -> None:
+    """Print the time to read a bag."""
+    table = make_table(
+        "", "#topics", "#mapped", "#s", "#at most", "reached", title="Reading a bag of an hour"
+    )
+    counts = str(result["topics"]), str(result["mapped"])
+    times = f"{result['s']:.3g}", f"{result['goal_s']:g}"
+    table.add_row(f"measured with {result['ticks']} ticks", *counts, *times, _mark(result["passed"]))
+    make_console().print(table)
+
+
 def print_interpreter(result: Result) -> None:
     """Print the times of one decision."""
     table = make_table("", "#µs", "goal", "reached", title="Deciding")
@@ -218,6 +230,7 @@ TABLES: Mapping[str, Callable[[Result], None]] = MappingProxyType(
     {
         "learning": print_learning,
         "looks": print_looks,
+        "reading": print_reading,
         "segmentation": print_segmentation,
         "interpreter": print_interpreter,
         "start": print_start,
