@@ -153,6 +153,7 @@ def test_messages_of_another_type_on_a_topic_are_left_out(tmp_path: Path) -> Non
     drive = read(write_mcap(tmp_path / "drive.mcap", messages, definitions={FOO: OUR_TYPE}))
     check_whole(drive)
     assert f"topic '/ball': messages are {RANGE}; those of {FOO} are left out" in drive.omissions[0]
+    assert len(drive.omissions) == 1
 
 
 def write_ros_1(path: Path, messages: Sequence[Message]) -> Path:
@@ -392,3 +393,28 @@ def test_other_encodings_of_a_reading_are_left_out(tmp_path: Path) -> None:
     assert (
         "topic '/foo': its messages are encoded as protobuf with jsonschema; left out" in drive.omissions[0]
     )
+
+
+DAMAGED = [
+    "UPDATE message_definitions SET topic_type = NULL, encoded_message_definition = NULL",
+    "UPDATE topics SET name = CAST(x'8f' AS TEXT)",
+    "UPDATE topics SET type = NULL",
+    "DROP TABLE topics",
+]
+
+
+@pytest.mark.parametrize("damage", DAMAGED)
+def test_sqlite_with_any_value_in_any_place_is_refused(tmp_path: Path, damage: str) -> None:
+    folder = write_folder(tmp_path / "drive")
+    with sqlite3.connect(next(folder.glob("*.db3"))) as database:
+        if "message_definitions" in damage:
+            database.execute("CREATE TABLE loose AS SELECT * FROM message_definitions")
+            database.execute("DROP TABLE message_definitions")
+            database.execute("ALTER TABLE loose RENAME TO message_definitions")
+        if "topics SET type" in damage:
+            database.execute("CREATE TABLE loose AS SELECT * FROM topics")
+            database.execute("DROP TABLE topics")
+            database.execute("ALTER TABLE loose RENAME TO topics")
+        database.execute(damage)
+    with pytest.raises(FileError, match=r"drive\.db3: it cannot be read"):
+        read(folder)

@@ -104,6 +104,11 @@ def test_jumps_begin_another_episode(
     assert drive.ticks == 100
 
 
+BEGINS = [  # over noon, over midnight at the end of a month, and on a day that is no month
+    datetime(2026, 1, 12, 11, 59, 56),
+    datetime(2026, 1, 31, 23, 59, 56),
+    datetime(2026, 1, 31, 9, 0, 0),
+]
 DATES: list[tuple[str, Callable[[datetime], str]]] = [
     ("ISO", lambda at: at.isoformat() + "Z"),
     ("with an offset", lambda at: at.isoformat() + "+05:30"),
@@ -121,12 +126,11 @@ DATES: list[tuple[str, Callable[[datetime], str]]] = [
 ]
 
 
-@pytest.mark.parametrize("begin", [datetime(2026, 1, 12, 11, 59, 56), datetime(2026, 1, 31, 23, 59, 56)])
+@pytest.mark.parametrize("begin", BEGINS)
 @pytest.mark.parametrize(("name", "write"), DATES, ids=[each[0] for each in DATES])
 def test_dates_and_clocks(
     tmp_path: Path, name: str, write: Callable[[datetime], str], begin: datetime
 ) -> None:
-    """Over noon, and over midnight at the end of a month."""
     drive = read(tmp_path, [write(begin + timedelta(seconds=at)) for at in SECONDS])
     np.testing.assert_allclose(drive.times - drive.times[0], SECONDS, atol=1e-6)
     assert drive.omissions == ()
@@ -151,7 +155,7 @@ def test_split_stamps(tmp_path: Path, whole: str, part: str, unit: float, named:
 
 
 @pytest.mark.parametrize(("unit", "per_s"), [("ns", 10**9), ("us", 10**6), ("ms", 10**3)])
-def test_stamps_since_1970_keep_their_digits(tmp_path: Path, unit: str, per_s: int) -> None:
+def test_stamps_since_1970(tmp_path: Path, unit: str, per_s: int) -> None:
     drive = read(tmp_path, [EPOCH * per_s + row * per_s // 10 for row in range(100)], unit=unit)
     np.testing.assert_allclose(drive.times - drive.times[0], SECONDS, atol=1e-6)
 

@@ -19,7 +19,7 @@ from understudy.addons.recordings.recorded_topics import (
     import_for_messages,
     make_ros_topic,
 )
-from understudy.errors import FileError
+from understudy.errors import FileError, UnderstudyError
 
 SIZES = Struct(">16xH10xI")
 """The size of a page of SQLite, and the number of pages, in the beginning of a file."""
@@ -44,13 +44,15 @@ def open_sqlite(path: Path | str, omissions: list[str], stack: ExitStack) -> Mes
                 ).fetchall()
             except sqlite3.Error:
                 stored = []  # as ROS 2 wrote them before Iron
-    except sqlite3.Error as error:
+        definitions = {type: (text.encode(), encoding) for type, encoding, text in stored}
+        topics = {
+            name: make_ros_topic(name, type, *definitions.get(type, (b"", "")), encoding)
+            for _, name, type, encoding in rows
+        }
+    except UnderstudyError:
+        raise
+    except Exception as error:  # a damaged file may have any value in any place
         raise FileError(path=path, place="", problem=describe_damage(error), remedy=REMEDY) from None
-    definitions = {type: (text.encode(), encoding) for type, encoding, text in stored}
-    topics = {
-        name: make_ros_topic(name, type, *definitions.get(type, (b"", "")), encoding)
-        for _, name, type, encoding in rows
-    }
     names = {number: name for number, name, *_ in rows}
     opened = MessageFile(path, topics, lambda _: iter(()))
 

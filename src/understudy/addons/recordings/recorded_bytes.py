@@ -96,11 +96,9 @@ def _read_text(path: Path | str, notes: list[str], remedy: str) -> str:
     if not encoding:
         head = content[:2000].rstrip(b"\0")
         even, odd = head[::2].count(0), head[1::2].count(0)
-        if max(even, odd) > len(head) // 4 and not min(
-            even, odd
-        ):  # every second byte of Latin text in UTF-16
-            encoding = "utf-16-le" if odd else "utf-16-be"
-    if encoding.startswith("utf-16") or encoding.startswith("utf-32"):
+        if max(even, odd) > len(head) // 4 and min(even, odd) == 0:
+            encoding = "utf-16-le" if odd else "utf-16-be"  # which has 0 as every second byte of Latin text
+    if encoding.startswith(("utf-16", "utf-32")):
         return _decode(path, content, encoding, notes, remedy)
     written = content.rstrip(b"\0")
     is_holey = b"\0" in written
@@ -112,7 +110,7 @@ def _read_text(path: Path | str, notes: list[str], remedy: str) -> str:
         return content.decode(encoding or "utf-8")
     except UnicodeDecodeError as error:
         if error.reason == "unexpected end of data":
-            return _decode(path, content, "utf-8", notes, remedy)
+            return _decode(path, content, encoding or "utf-8", notes, remedy)
         line = content.count(b"\n", 0, error.start) + 1
         if is_holey:
             raise FileError(path=path, place=f"line {line}", problem="it is no text", remedy=remedy) from None

@@ -41,12 +41,6 @@ def parse_times(cells: Sequence[Any] | Column, factor: float) -> Column:
         return cells * factor
     cells = list(cells)
     if all(parse_number(each) is not None for each in cells):
-        # Nanoseconds since 1970 have more digits than a float.
-        integers = [_parse_integer(each) for each in cells]
-        numbers = [each for each in integers if each is not None]
-        if numbers and len(numbers) == len(cells) and max(map(abs, numbers)) > 2**53:
-            begin = numbers[0]
-            return np.array([(each - begin) * factor for each in numbers]) + begin * factor
         return read_cells(cells).values * factor
     day_first = _is_day_first(cells)
     times = np.array([_parse_date(each, factor, day_first=day_first) for each in cells], dtype=np.float64)
@@ -71,13 +65,6 @@ def _split_half_day(text: str) -> tuple[str, str]:
     text = text.strip().removesuffix(" UTC").removesuffix(" GMT")
     half = HALF_DAY.fullmatch(text)
     return (half[1], half[2].lower()) if half else (text, "")
-
-
-def _parse_integer(cell: Any) -> int | None:
-    try:
-        return int(cell) if not isinstance(cell, float) else None
-    except (TypeError, ValueError):
-        return None
 
 
 def _is_day_first(cells: Sequence[Any]) -> bool:
