@@ -22,7 +22,7 @@ from tests.robots.rovers import ROVER
 from understudy import BOOLEAN, Behavior, Command, Feature, Forage, Kit, Target, load_scenario
 from understudy.addons.export.targets.target_table import TARGETS
 from understudy.addons.recordings.mapping_file import CommandColumn, RecordingMap
-from understudy.addons.recordings.table_files import read_csv, read_json_lines
+from understudy.addons.recordings.table_readers import read_csv, read_json_lines
 from understudy.addons.robots.robot_file import parse_robot
 from understudy.errors import FileError
 from understudy.sim.forage import FORAGE_KIT

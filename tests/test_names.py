@@ -194,6 +194,8 @@ VARIABLES_ALLOWED = {
     "learning/explain.py: shown": "a field of a public class",
     "model/change_summary.py: said": "a field of `--json` and of the page",
     "addons/robots/camera/image_folder.py: shown": "a field that a command reads",
+    "addons/recordings/recorded_inputs.py: kept": "the keyword of `Transport.subscribe`",
+    "addons/robots/inputs.py: kept": "the keyword of `Transport.subscribe`",
     "addons/robots/recording_transport.py: kept": "the keyword of `Transport.subscribe`",
     "addons/robots/ros/dds.py: kept": "the keyword of `Transport.subscribe`",
     "addons/robots/ros/transport.py: kept": "the keyword of `Transport.subscribe`",

@@ -104,6 +104,7 @@ COMMANDS = {
     "bench looks": "--json",
     "bench million": "--json",
     "bench patrol": "--json",
+    "bench reading": "--json",
     "bench robots": "--json",
     "bench segmentation": "--json",
     "bench squads": "--json",

@@ -14,6 +14,7 @@ ABOUT: Mapping[str, str] = MappingProxyType(
     {
         "learning": "Compare the time to learn a tree with scikit-learn's DecisionTreeClassifier.fit.",
         "looks": "Compare the analyses of a lesson of 200 examples with a fit of scikit-learn.",
+        "reading": "Measure the time to read an hour of a bag with 40 topics.",
         "segmentation": "Measure the time to find behaviors in an hour of driving.",
         "interpreter": "Compare one update of a three-level automaton with one of a py_trees tree of 11 nodes.",
         "swarm": "Compare swarms of 100 to 100 000 robots with Mesa 3, VMAS and hand-written code (takes minutes).",

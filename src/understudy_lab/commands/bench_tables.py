@@ -87,6 +87,17 @@ def print_segmentation(result: Result) -> None:
     make_console().print(table)
 
 
+def print_reading(result: Result) -> None:
+    """Print the time to read a bag."""
+    table = make_table(
+        "", "#topics", "#mapped", "#s", "#at most", "reached", title="Reading a bag of an hour"
+    )
+    counts = str(result["topics"]), str(result["mapped"])
+    times = f"{result['s']:.3g}", f"{result['goal_s']:g}"
+    table.add_row(f"measured with {result['ticks']} ticks", *counts, *times, _mark(result["passed"]))
+    make_console().print(table)
+
+
 def print_interpreter(result: Result) -> None:
     """Print the times of one decision."""
     table = make_table("", "#µs", "goal", "reached", title="Deciding")
@@ -181,6 +192,7 @@ TABLES: Mapping[str, Callable[[Result], None]] = MappingProxyType(
     {
         "learning": print_learning,
         "looks": print_looks,
+        "reading": print_reading,
         "segmentation": print_segmentation,
         "interpreter": print_interpreter,
         "start": print_start,

@@ -35,6 +35,8 @@ COMMAND = "command."
 MOST_UNEVEN = 0.1
 """The largest deviation of the time between two rows from a tick, as a share of it; if few deviate more, rows are
 ticks."""
+MOST_TICKS = 3
+"""The largest number of ticks for each row on average; with more, ticks are as long as rows are apart on average."""
 
 
 def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
@@ -73,6 +75,8 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
 def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> RecordedDrive:
     """Make a drive of a table, as `read_recorded_drive` does."""
     mapping = table.mapping or mapping or _guess_mapping(table)
+    if not len(table.cells):
+        raise table.refuse("", "it has no rows", "give a recording of a drive")
     at = find_row_times(table, mapping)
     held = _hold_commands(table, mapping, at)
     usable = np.flatnonzero(np.isfinite(held).all(axis=1))
@@ -95,7 +99,7 @@ def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> 
                 each.quantity, read.kind, unit, each.target is not None, each.doc
             )
     starts = np.searchsorted(usable, at.starts).tolist()
-    tick_s, ticks, when, episodes = _resample(at.times[usable], starts, mapping.tick_s, table.path.name)
+    tick_s, ticks, when, episodes = _resample(table, at.times[usable], starts, mapping.tick_s)
     rows = usable[ticks]
     return RecordedDrive(
         when,
@@ -115,6 +119,10 @@ def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> 
 
 def _guess_mapping(table: RecordedTable) -> RecordingMap:
     """Make the mapping of a table whose columns are called as ours."""
+    for name in table.header:
+        plain, numbered, _ = name.rpartition(" (column ")
+        if numbered and plain:
+            table.list_cells(plain, of="a column")  # refuses it: two have this name
     commands = [name for name in table.header if name.startswith(COMMAND)]
     if not commands or TIME not in table.header:
         missing = f"{TIME!r}" if TIME not in table.header else f"such as '{COMMAND}drive'"
@@ -127,14 +135,11 @@ def _guess_mapping(table: RecordedTable) -> RecordingMap:
     for name in table.header:
         if name == TIME or name in commands:
             continue
-        plain, numbered, _ = name.rpartition(" (column ")
-        if numbered and plain:
-            table.list_cells(plain, of="a reading")  # refuses it: two have this name
-        if numbered:
+        if name.startswith(" (column "):
             table.omissions.append(f"{table.path}: a column has no name {name.strip()}; left out")
             continue
         reading, opened, target = name.removesuffix(")").partition("(")
-        about = target if opened and name.endswith(")") else None
+        about = target if opened and name.endswith(")") and ")" not in target else None
         readings.append(ReadingColumn(column=name, name=reading if about else name, target=about))
     return RecordingMap(
         format="understudy-recording-map/1",
@@ -155,11 +160,10 @@ def _read_reading(table: RecordedTable, column: ReadingColumn, at: RowTimes) -> 
     """Read the column of a reading; one whose texts say nothing is left out, and None is returned."""
     kind = column.value_kind
     read = table.read_values(column.column, kind, of=f"reading {column.quantity!r}")
+    if read.remark:
+        left_out = "; left out" if read.kind is None else ""
+        table.omissions.append(f"{table.path}, column {column.column!r}: {read.remark}{left_out}")
     if read.kind is None:
-        table.omissions.append(
-            f"{table.path}, column {column.column!r}: texts that are the same in all rows, or too many different ones; "
-            "left out"
-        )
         return None
     values = _convert_unit(table, column, read.values[at.rows])
     if isinstance(read.kind, Toroidal):
@@ -202,9 +206,9 @@ def _hold_commands(table: RecordedTable, mapping: RecordingMap, at: RowTimes) ->
         read = table.read_values(each.column, of="the commands")
         if read.kind is None or (isinstance(read.kind, Categorical) and read.kind != BOOLEAN):
             raise table.refuse(f"column {each.column!r}", "its commands are texts", "map a column of numbers")
-        given = _convert_unit(table, each, read.values[at.rows]) * each.scale
-        values, ages = _hold(given, at)
-        held = np.isnan(given) & ~np.isnan(values)
+        commanded = _convert_unit(table, each, read.values[at.rows]) * each.scale
+        values, ages = _hold(commanded, at)
+        held = np.isnan(commanded) & ~np.isnan(values)
         if held.any():
             longest = int(np.argmax(np.where(held, ages, 0.0)))
             limit = each.hold_s
@@ -233,22 +237,24 @@ def _hold(values: Column, at: RowTimes) -> tuple[Column, Column]:
     begins[at.starts] = at.starts
     begins = np.maximum.accumulate(begins)
     last = np.maximum.accumulate(np.where(np.isnan(values), -1, np.arange(count)))
-    known = last >= begins
-    held: Column = np.where(known, values[np.maximum(last, 0)], np.nan)
-    return held, np.where(known, at.times - at.times[np.maximum(last, 0)], 0.0)
+    has_one = last >= begins
+    held: Column = np.where(has_one, values[np.maximum(last, 0)], np.nan)
+    return held, np.where(has_one, at.times - at.times[np.maximum(last, 0)], 0.0)
 
 
 def _resample(
-    times: Column, starts: Sequence[int], wanted_s: float | None, source: str
+    table: RecordedTable, times: Column, starts: Sequence[int], wanted_s: float | None
 ) -> tuple[float, NDArray[np.int64], Column, tuple[DriveEpisode, ...]]:
     """Choose the row of each tick: the last one until then. Return the tick, rows, times and episodes."""
     edges = [*dict.fromkeys(starts), len(times)]
     pieces = [np.arange(first, end) for first, end in itertools.pairwise(edges) if end > first]
     steps = np.concatenate([np.diff(times[piece]) for piece in pieces])
     usual = float(np.median(steps)) if len(steps) else (wanted_s or 1.0)
+    if len(steps) and usual * MOST_TICKS < steps.mean():
+        usual = float(steps.mean())  # rows that were written a few at a time
     tick_s = wanted_s or float(f"{usual:.3g}")
     even = len(steps) == 0 or float(np.mean(np.abs(steps - tick_s) <= MOST_UNEVEN * tick_s)) > 0.98
-    rows, ticks, episodes, first = [], [], [], 0
+    rows, ticks, episodes, first, used = [], [], [], 0, 0
     for piece in pieces:
         at = times[piece]
         if even:
@@ -258,6 +264,12 @@ def _resample(
             chosen = piece[np.searchsorted(at, when + 1e-9, side="right") - 1]
         rows.append(chosen)
         ticks.append(when)
-        episodes.append(DriveEpisode(source, first, first + len(chosen)))
+        episodes.append(DriveEpisode(table.path.name, first, first + len(chosen)))
         first += len(chosen)
+        used += len(np.unique(chosen))
+    if used < len(times) and wanted_s is None:
+        table.omissions.append(
+            f"{table.path}: its rows are not evenly apart; ticks of {tick_s:g} s follow the clock, and "
+            f"{len(times) - used} of {len(times)} rows between two ticks are left out"
+        )
     return tick_s, np.concatenate(rows), np.concatenate(ticks), tuple(episodes)

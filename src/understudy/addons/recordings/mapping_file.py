@@ -37,6 +37,7 @@ from understudy.addons.robots.robot_file import (
     ReadingSpec,
     RobotFile,
     TargetPlaceSpec,
+    find_source_problems,
     parse_robot,
 )
 from understudy.errors import FileError, KindError
@@ -153,6 +154,21 @@ class RecordingMap(StrictStruct, frozen=True, kw_only=True):
     camera: CameraSpec | None = None
     world: str | None = None
 
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic.
+
+        Parameters
+        ----------
+        name
+            Its name; the slash before it may be left out.
+
+        Returns
+        -------
+        str
+            The name in a recording.
+        """
+        return complete_topic(name)
+
     def list_columns(self) -> list[str]:
         """List the columns that are named: of times, readings and commands.
 
@@ -163,6 +179,11 @@ class RecordingMap(StrictStruct, frozen=True, kw_only=True):
         """
         times = [self.time] if isinstance(self.time, str) else [*(self.time or ())]
         return [*times, *(each.column for each in self.readings), *(each.column for each in self.commands)]
+
+
+def complete_topic(name: str) -> str:
+    """Return the full name of a topic of a recording, which is in no namespace."""
+    return name if name.startswith("/") else f"/{name}"
 
 
 def load_recording_map(path: Path | str) -> RecordingMap:
@@ -253,7 +274,9 @@ def _find_problems(mapping: RecordingMap) -> Iterator[DecodeProblem]:
         yield DecodeProblem("commands", "are none", "give the column of each channel")
     if mapping.time is None and mapping.tick_s is None:
         yield DecodeProblem("time", "is missing", "name the column of times, or give tick_s")
-    for key, value in (("tick_s", mapping.tick_s), ("gap_s", mapping.gap_s)):
+    ages = [(f"readings[{index}].stale_s", each.stale_s) for index, each in enumerate(mapping.readings)]
+    ages += [(f"commands[{index}].hold_s", each.hold_s) for index, each in enumerate(mapping.commands)]
+    for key, value in (("tick_s", mapping.tick_s), ("gap_s", mapping.gap_s), *ages):
         if value is not None and not (isfinite(value) and value > 0):
             yield DecodeProblem(key, f"is {value:g}", "give seconds above 0")
     units = [(f"readings[{index}].unit", each.unit) for index, each in enumerate(mapping.readings)]
@@ -283,6 +306,7 @@ def _find_problems(mapping: RecordingMap) -> Iterator[DecodeProblem]:
         ):
             problem = "is about a target here, and about none elsewhere"
             yield DecodeProblem(f"readings[{index}]", problem, "rename one of the two")
+    yield from find_source_problems(mapping)
     channels = [each.name for each in mapping.commands]
     for index, name in enumerate(channels):
         if name in channels[:index]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import gzip
 import lzma
+import re
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping
@@ -42,7 +43,9 @@ def read_bytes(path: Path | str, *, remedy: str) -> bytes:
         if content.startswith(magic):
             try:
                 return decompress(content)
-            except (OSError, EOFError, ValueError, lzma.LZMAError, zipfile.BadZipFile, zlib.error) as error:
+            except (
+                OSError, EOFError, ValueError, RuntimeError, lzma.LZMAError, zipfile.BadZipFile, zlib.error
+            ) as error:  # fmt: skip
                 problem = f"it cannot be decompressed ({error})"
                 raise FileError(
                     path=path, place="", problem=problem, remedy="restore it, or decompress what is whole"
@@ -50,7 +53,7 @@ def read_bytes(path: Path | str, *, remedy: str) -> bytes:
     return content
 
 
-def refuse_pointer(path: Path, content: bytes) -> None:
+def refuse_pointer(path: Path | str, content: bytes) -> None:
     """Refuse a file that begins as a pointer of git-lfs does."""
     if content.startswith(POINTER):
         raise FileError(
@@ -62,8 +65,9 @@ def refuse_pointer(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def open_decompressed(path: Path, *, remedy: str) -> Iterator[Path]:
+def open_decompressed(path: Path | str, *, remedy: str) -> Iterator[Path]:
     """Yield the path of a file, or of a temporary one with what a compressed one has; folders stay as they are."""
+    path = Path(path)
     if path.is_dir():
         yield path
     elif path.suffix.lower() in COMPRESSED:
@@ -78,35 +82,52 @@ def open_decompressed(path: Path, *, remedy: str) -> Iterator[Path]:
         yield path
 
 
-def read_text(path: Path | str, notes: list[str], *, remedy: str) -> str:
-    """Read the text of a file, compressed or not, in UTF-8, UTF-16 or as Windows writes it; add what was guessed."""
+def read_lines(path: Path | str, notes: list[str], *, remedy: str) -> list[str]:
+    """Read the lines of a text, compressed or not, in UTF-8, UTF-16 or as Windows writes it; add what was guessed."""
+    text = _read_text(path, notes, remedy)
+    # str.splitlines would also split at marks that texts in cells may have.
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return lines[:-1] if not lines[-1] else lines
+
+
+def _read_text(path: Path | str, notes: list[str], remedy: str) -> str:
     content = read_bytes(path, remedy=remedy)
-    for mark, encoding in MARKS.items():
-        if content.startswith(mark):
-            return _decode(path, content, encoding, remedy)
-    if content[:2000].count(0) > len(content[:2000]) // 4:  # every second byte of Latin text in UTF-16
-        encoding = "utf-16-le" if content[1:2] == b"\0" else "utf-16-be"
-        return _decode(path, content, encoding, remedy)
-    if content.endswith(b"\0"):
-        notes.append(f"{path}: its end was never written; what comes before is used")
-        content = content.rstrip(b"\0")
+    encoding = next((each for mark, each in MARKS.items() if content.startswith(mark)), "")
+    if not encoding:
+        head = content[:2000].rstrip(b"\0")
+        even, odd = head[::2].count(0), head[1::2].count(0)
+        if max(even, odd) > len(head) // 4 and min(even, odd) == 0:
+            encoding = "utf-16-le" if odd else "utf-16-be"  # which has 0 as every second byte of Latin text
+    if encoding.startswith(("utf-16", "utf-32")):
+        return _decode(path, content, encoding, notes, remedy)
+    written = content.rstrip(b"\0")
+    is_holey = b"\0" in written
+    if len(written) < len(content) or is_holey:
+        line = content.count(b"\n", 0, content.index(0)) + 1
+        notes.append(f"{path} at line {line}: bytes that were never written; left out")
+        content = re.sub(rb"\0+", b"\n", written)
     try:
-        return content.decode()
+        return content.decode(encoding or "utf-8")
     except UnicodeDecodeError as error:
-        if b"\0" in content:
-            place = f"byte {content.index(0)}"
-            raise FileError(path=path, place=place, problem="it is no text", remedy=remedy) from None
+        if error.reason == "unexpected end of data":
+            return _decode(path, content, encoding or "utf-8", notes, remedy)
         line = content.count(b"\n", 0, error.start) + 1
+        if is_holey:
+            raise FileError(path=path, place=f"line {line}", problem="it is no text", remedy=remedy) from None
         notes.append(f"{path} at line {line}: a letter is not in UTF-8; the file was read as Windows-1252")
         return content.decode("cp1252", errors="replace")
 
 
-def _decode(path: Path | str, content: bytes, encoding: str, remedy: str) -> str:
+def _decode(path: Path | str, content: bytes, encoding: str, notes: list[str], remedy: str) -> str:
+    """Decode a text, which may have been cut within its last letter."""
     try:
         return content.decode(encoding)
     except UnicodeDecodeError as error:
-        problem = f"it is not {encoding} as it begins ({error.reason} at byte {error.start})"
-        raise FileError(path=path, place="", problem=problem, remedy=remedy) from None
+        if error.start < len(content) - 4:
+            problem = f"it is not {encoding} as it begins ({error.reason} at byte {error.start})"
+            raise FileError(path=path, place="", problem=problem, remedy=remedy) from None
+        notes.append(f"{path}: it ends in the middle of a letter; what comes before is used")
+        return content[: error.start].decode(encoding)
 
 
 def _decompress_zstd(content: bytes) -> bytes:
@@ -114,18 +135,26 @@ def _decompress_zstd(content: bytes) -> bytes:
         import zstandard
     except ImportError:
         raise ExtraMissing(what="a file compressed with Zstandard", extra="ros2") from None
+    whole = BytesIO()
     try:
-        with zstandard.ZstdDecompressor().stream_reader(BytesIO(content)) as reader:
-            return reader.read()
+        while (
+            content
+        ):  # there may be several frames, and a reader of streams does not tell that the last one is cut
+            frame = zstandard.ZstdDecompressor().decompressobj()
+            whole.write(frame.decompress(content))
+            if not frame.eof:
+                raise ValueError("it ends in the middle")
+            content = frame.unused_data
     except zstandard.ZstdError as error:
         raise ValueError(str(error)) from None
+    return whole.getvalue()
 
 
 def _extract_only_file(content: bytes) -> bytes:
     with zipfile.ZipFile(BytesIO(content)) as archive:
         names = [each for each in archive.namelist() if not each.endswith("/") and "__MACOSX" not in each]
         if len(names) != 1:
-            raise ValueError(f"it has {len(names)} files, and one is expected")
+            raise ValueError(f"it has {len(names)} files, and one is expected; unpack it")
         return archive.read(names[0])
 
 
@@ -137,5 +166,10 @@ DECOMPRESSORS: Mapping[bytes, Callable[[bytes], bytes]] = {
     b"PK\x03\x04": _extract_only_file,
 }
 """The function that decompresses a file, by how it begins."""
-MARKS: Mapping[bytes, str] = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+MARKS: Mapping[bytes, str] = {
+    b"\xef\xbb\xbf": "utf-8-sig",
+    b"\xff\xfe\0\0": "utf-32",
+    b"\xff\xfe": "utf-16",
+    b"\xfe\xff": "utf-16",
+}
 """The encoding of a text, by how its file begins."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, join_names
 from understudy.model.features import Percept, ReadingKey, format_reading_label
-from understudy.model.value_kinds import Column
+from understudy.model.value_kinds import Categorical, Column
 from understudy.runtime.body import Channel, Reading
 
 Floats = NDArray[np.float64]
@@ -193,7 +193,7 @@ def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
     Parameters
     ----------
     drives
-        At least one drive. All have the same readings, targets and channels.
+        At least one drive. All have the same readings, targets and channels; labels may be others in each.
 
     Returns
     -------
@@ -203,7 +203,8 @@ def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
     Raises
     ------
     DefinitionError
-        If there is none, or two have different readings, channels or lengths of a tick.
+        If there is none, or two have different readings, channels or lengths of a tick, or a reading has numbers in
+        one drive and labels in the other, or other units.
     """
     if not drives:
         raise DefinitionError(what="recordings", problem="there are none", remedy="give at least one")
@@ -212,6 +213,8 @@ def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
         refuse_other_robot(first, other)
         _refuse_differences(first, other, "ticks", [f"{first.tick_s:g} s"], [f"{other.tick_s:g} s"])
     starts = np.cumsum([0, *(each.ticks for each in drives)])
+    drives = align_labels(drives)
+    first = drives[0]
     return replace(
         first,
         times=np.concatenate([each.times for each in drives]),
@@ -224,6 +227,67 @@ def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
         ),
         omissions=tuple(each for drive in drives for each in drive.omissions),
     )
+
+
+def align_labels(drives: Sequence[RecordedDrive]) -> list[RecordedDrive]:
+    """Return drives of the same robot with the same labels, where each of them had those that occur in it.
+
+    Parameters
+    ----------
+    drives
+        The drives. All have the same readings.
+
+    Returns
+    -------
+    list
+        The drives, in which a label has the same number.
+
+    Raises
+    ------
+    DefinitionError
+        If a reading has numbers in one drive and labels in another, or other units.
+    """
+    readings = {each.name: _join_reading(drives, each.name) for each in drives[0].readings}
+    return [_convert_labels(each, readings) for each in drives]
+
+
+def _join_reading(drives: Sequence[RecordedDrive], name: str) -> Reading:
+    """Return a reading with the labels that it has in any drive; refuse one that is another in each."""
+    readings = [next(each for each in drive.readings if each.name == name) for drive in drives]
+    pairs = [
+        (drive, each)
+        for drive, each in zip(drives, readings, strict=True)
+        if any(not np.isnan(column).all() for (other, _), column in drive.values.items() if other == name)
+    ] or [(drives[0], readings[0])]
+    (first, joined), *others = pairs
+    for drive, other in others:
+        kinds = joined.kind, other.kind
+        if isinstance(kinds[0], Categorical) and isinstance(kinds[1], Categorical):
+            if kinds[0] != kinds[1]:
+                joined = replace(
+                    joined, kind=Categorical(tuple(sorted({*kinds[0].labels, *kinds[1].labels})))
+                )
+        else:
+            _refuse_differences(first, drive, f"values of {name}", *([str(each)] for each in kinds))
+        _refuse_differences(first, drive, f"units of {name}", [joined.unit or "none"], [other.unit or "none"])
+    return joined
+
+
+def _convert_labels(drive: RecordedDrive, readings: Mapping[str, Reading]) -> RecordedDrive:
+    """Return a drive whose labels have the numbers that they have in these readings."""
+    values = dict(drive.values)
+    for reading in drive.readings:
+        kind, joined = reading.kind, readings[reading.name].kind
+        if kind == joined or not isinstance(kind, Categorical) or not isinstance(joined, Categorical):
+            continue
+        numbers = np.array([joined.labels.index(label) for label in kind.labels], np.float64)
+        for key in values:
+            if key[0] == reading.name:
+                column = values[key]
+                present = ~np.isnan(column)
+                values[key] = np.full(len(column), np.nan)
+                values[key][present] = numbers[column[present].astype(np.int64)]
+    return replace(drive, values=values, readings=tuple(readings.values()))
 
 
 def refuse_other_robot(first: RecordedDrive, other: RecordedDrive) -> None:

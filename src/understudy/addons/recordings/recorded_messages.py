@@ -7,6 +7,7 @@ Ticks are the commands, if they came regularly; otherwise ticks follow the clock
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from math import inf, isnan, nan
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,10 @@ from understudy.addons.recordings.mapping_file import (
     ReadingColumn,
     RecordingMap,
 )
-from understudy.addons.recordings.message_files import REMEDY, MessageFile, open_message_file
-from understudy.addons.recordings.recorded_bytes import open_decompressed
+from understudy.addons.recordings.message_files import open_message_file
 from understudy.addons.recordings.recorded_inputs import COMMAND, TIME, InputSamples, RecordedInputs
 from understudy.addons.recordings.recorded_table import RecordedTable
+from understudy.addons.recordings.recorded_topics import MessageFile
 from understudy.addons.recordings.row_times import GAP_STEPS, SHORTEST_GAP_S
 from understudy.addons.robots.inputs import compute_ranges_and_bearings
 from understudy.errors import FileError
@@ -52,10 +53,8 @@ def read_messages(path: Path | str, mapping: RecordingMap | None) -> RecordedTab
             problem="it has messages, and no mapping file says which fields are readings and commands",
             remedy="give --map MAP.toml, or the robot's file; a recording of `understudy run` needs neither",
         )
-    with open_decompressed(path, remedy=REMEDY) as plain:
-        file = open_message_file(plain, omissions)
-        file.path = path
-        return _read_table(file, mapping, omissions)
+    with ExitStack() as stack:
+        return _read_table(open_message_file(path, omissions, stack), mapping, omissions)
 
 
 def _read_table(file: MessageFile, mapping: RecordingMap, omissions: list[str]) -> RecordedTable:
@@ -75,7 +74,12 @@ def _read_table(file: MessageFile, mapping: RecordingMap, omissions: list[str]) 
     values: dict[ReadingKey, Column] = {}
     for name, source in recorded.inputs.sources.items():
         if not name.startswith(COMMAND) and name != TIME:
-            values.update(zip(source.keys, _sample(samples[name], ticks, source.stale_s).T, strict=True))
+            stale_s = source.stale_s
+            if (
+                name in recorded.held and len(samples[name].times) > 1
+            ):  # a slow sensor is not absent in between
+                stale_s = max(stale_s, GAP_STEPS * float(np.median(np.diff(samples[name].times))))
+            values.update(zip(source.keys, _sample(samples[name], ticks, stale_s).T, strict=True))
     _refuse_wide_angles(recorded, values)
     readings = [*recorded.columns.values(), *_add_places(recorded, mapping, values, len(ticks))]
     recorded.note_problems()
@@ -121,23 +125,40 @@ def _choose_ticks(
     main = commands[0].times
     steps = np.diff(main)
     usual = float(np.median(steps)) if len(steps) else inf
-    if usual <= SLOWEST_S and np.mean(np.abs(steps - usual) <= usual / 2) >= REGULAR:
-        return mapping.tick_s, main
+    heard = np.sort(np.concatenate([each.times for each in samples.values()]))
+    if np.ptp(heard) == 0:
+        return mapping.tick_s, main  # which is refused as any other table without times
+    regular = 0 < usual <= SLOWEST_S and float(np.mean(np.abs(steps - usual) <= usual / 2)) >= REGULAR
+    if regular and (mapping.tick_s is None or abs(usual - mapping.tick_s) <= usual / 10):
+        gap_s = mapping.gap_s or max(SHORTEST_GAP_S, GAP_STEPS * usual)
+        return mapping.tick_s, _fill_pauses(main, heard, usual, gap_s)
     others = [
         each.times for name, each in samples.items() if not name.startswith(COMMAND) and len(each.times) > 2
     ]
     fastest = max(others, key=len, default=None)
     spacing = usual if fastest is None else float(np.median(np.diff(fastest)))
     tick_s = mapping.tick_s or float(f"{min(max(spacing, FASTEST_S), SLOWEST_S):.3g}")
-    omissions.append(f"{file.path}: commands came only now and then; ticks of {tick_s:g} s follow the clock")
-    heard = np.sort(np.concatenate([each.times for each in samples.values()]))
-    first = min(each.times[0] for each in commands)
-    ticks: Column = np.arange(first, heard[-1] + tick_s / 2, tick_s)
-    before = np.searchsorted(heard, ticks + SOON_S, side="right") - 1
-    after = np.minimum(before + 1, len(heard) - 1)
+    if not regular:
+        omissions.append(
+            f"{file.path}: commands came only now and then; ticks of {tick_s:g} s follow the clock"
+        )
     gap_s = mapping.gap_s or max(SHORTEST_GAP_S, GAP_STEPS * tick_s)
-    silent = (heard[after] - heard[before] > gap_s) & (ticks - heard[before] > tick_s)
-    return tick_s, ticks[~silent]
+    heard = heard[heard >= min(each.times[0] for each in commands)]
+    pieces = np.split(heard, np.flatnonzero(np.diff(heard) > gap_s) + 1)
+    return tick_s, np.concatenate([np.arange(each[0], each[-1] + tick_s / 2, tick_s) for each in pieces])
+
+
+def _fill_pauses(commands: Column, heard: Column, tick_s: float, gap_s: float) -> Column:
+    """Return the times of commands, with ticks in the pauses between them in which other messages came."""
+    ticks = [commands]
+    for at in np.flatnonzero(np.diff(commands) > 2 * tick_s).tolist():
+        begin, end = commands[at], commands[at + 1]
+        inside = heard[(heard >= begin) & (heard <= end)]
+        for piece in np.split(inside, np.flatnonzero(np.diff(inside) > gap_s) + 1):
+            last = min(piece[-1], end - tick_s / 2)
+            numbers = np.arange(np.ceil((piece[0] - begin) / tick_s), np.floor((last - begin) / tick_s) + 1)
+            ticks.append(begin + tick_s * numbers[numbers > 0])
+    return np.sort(np.concatenate(ticks))
 
 
 def _sample(samples: InputSamples, ticks: Column, stale_s: float) -> NDArray[np.float64]:
@@ -147,7 +168,7 @@ def _sample(samples: InputSamples, ticks: Column, stale_s: float) -> NDArray[np.
     at = np.searchsorted(samples.times, ticks + SOON_S, side="right") - 1
     last = np.maximum(at, 0)
     sampled: NDArray[np.float64] = samples.values[last].copy()
-    sampled[(at < 0) | (ticks - samples.heard[last] > stale_s + SOON_S)] = nan
+    sampled[(at < 0) | (ticks - samples.heard[last] > stale_s)] = nan
     return sampled
 
 
@@ -175,11 +196,11 @@ def _add_places(
     if mapping.targets:
         keys = list(values)
         rows = zip(*(values[key].tolist() for key in keys), strict=True) if keys else ((),) * count
-        found = [
+        readings = [
             compute_ranges_and_bearings(mapping.targets, dict(zip(keys, row, strict=True))) for row in rows
         ]
-        for key in found[0] if found else ():
-            values[key] = np.array([each[key] for each in found])
+        for key in readings[0] if readings else ():
+            values[key] = np.array([each[key] for each in readings])
     named = {(each.quantity, each.target) for each in recorded.columns.values()}
     about = {each.name: each for each in recorded.inputs.readings}
     return [
@@ -187,8 +208,8 @@ def _add_places(
             column=format_reading_label(key), name=key[0], target=key[1], unit=about[key[0]].unit,
             kind=str(about[key[0]].kind), doc=about[key[0]].doc,
         )
-        for key in values
-        if key not in named and key[0] in about
+        for key in recorded.inputs.keys
+        if key not in named and key in values
     ]  # fmt: skip
 
 
@@ -207,18 +228,20 @@ def _convert_times(
     good = ~np.isnan(stamps) & (stamps != 0)
     place = f"column {mapping.time!r}"
     if not good.any():
-        recorded.refuse(place, "its stamps are all 0", f'write time = "{TIME}" for the times of arrival')
+        recorded.refuse(
+            place, "its stamps are all 0, or no times", f'write time = "{TIME}" for the times of arrival'
+        )
     if not good.all():
         count = int((~good).sum())
         omissions.append(
-            f"{file.path}, {place}: {count} stamps are 0; the times of arrival stand in for them"
+            f"{file.path}, {place}: {count} stamps are 0 or none; the times of arrival stand in for them"
         )
     arrived, stamps = arrived[good], stamps[good]
     lag = arrived + (file.first_ns or 0) * 1e-9 - stamps
     if np.ptp(lag) > SHORTEST_GAP_S:
         omissions.append(
-            f"{file.path}, {place}: messages arrived {lag.min():.3g} to {lag.max():.3g} s after their stamps; other "
-            "topics are put between them by when they arrived"
+            f"{file.path}, {place}: some messages arrived {np.ptp(lag):.3g} s later after their stamps than others; "
+            "other topics are put between them by when they arrived"
         )
     times: Column = np.interp(ticks, arrived, stamps)
     times += np.minimum(ticks - arrived[0], 0.0) + np.maximum(ticks - arrived[-1], 0.0)

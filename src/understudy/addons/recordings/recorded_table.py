@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from understudy.addons.recordings.mapping_file import RecordingMap
-from understudy.addons.recordings.table_cells import CellValues, read_cells
+from understudy.addons.recordings.table_cells import CellValues, parse_number, read_cells
 from understudy.errors import FileError, join_names, suggest_known_name
 from understudy.model.value_kinds import Column, Kind
 
@@ -153,7 +153,8 @@ class RecordedTable(NamedTuple):
             more = f" and {len(read.wrong) - 1} more" if len(read.wrong) > 1 else ""
             wanted = "no number" if not hasattr(read.kind, "labels") else f"no label of {read.kind}"
             what = f"{str(cells[read.wrong[0]])!r:.40}{more} is {wanted}"
-            if np.isnan(read.values).all():
+            is_infinite = wanted == "no number" and parse_number(cells[read.wrong[0]]) is not None
+            if np.isnan(read.values).all() and not is_infinite:
                 remedy = "map another column" if wanted == "no number" else "give the labels as they are"
                 raise self.refuse(f"{first}, column {column!r}", what, remedy)
             self.omissions.append(f"{self.path} at {first}, column {column!r}: {what}; taken as absent")

@@ -13,8 +13,8 @@ from understudy.addons.recordings.recorded_table import RecordedTable
 from understudy.entry_points import READERS, list_entry_points, load_object
 from understudy.errors import SettingError
 
-CSV = "understudy.addons.recordings.table_files.read_csv"
-JSON_LINES = "understudy.addons.recordings.table_files.read_json_lines"
+CSV = "understudy.addons.recordings.table_readers.read_csv"
+JSON_LINES = "understudy.addons.recordings.table_readers.read_json_lines"
 MESSAGES = "understudy.addons.recordings.recorded_messages.read_messages"
 FOLDER = ""
 """Stands for the end of the name of a folder."""
@@ -22,7 +22,7 @@ BUILTIN_READERS: Mapping[str, str] = {
     ".csv": CSV,
     ".jsonl": JSON_LINES,
     ".ndjson": JSON_LINES,
-    ".parquet": "understudy.addons.recordings.table_files.read_parquet",
+    ".parquet": "understudy.addons.recordings.table_readers.read_parquet",
     ".mcap": MESSAGES,
     ".bag": MESSAGES,
     ".db3": MESSAGES,

@@ -7,37 +7,40 @@ belongs, and where time goes back, another episode begins. Each of these is said
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from datetime import UTC, date, datetime, time, timedelta
+from collections.abc import Mapping, Sequence
 from math import inf, nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.addons.recordings.mapping_file import UNITS, RecordingMap
 from understudy.addons.recordings.recorded_table import RecordedTable
-from understudy.addons.recordings.table_cells import parse_number, read_cells
+from understudy.addons.recordings.time_cells import parse_times
 from understudy.errors import join_names
-from understudy.model.value_kinds import Column
+from understudy.model.value_kinds import Column, Continuous
 
-SECONDS_PARTS = ("sec", "secs", "s")
-NANOSECONDS_PARTS = ("nanosec", "nsec", "nsecs", "nanosecs", "nanoseconds", "ns")
-"""The names by which ROS and others split a time in two."""
+SECONDS_PARTS = ("sec", "secs", "seconds", "s", "tv_sec")
+SPLIT_PARTS: Mapping[str, float] = {
+    **dict.fromkeys(("nanosec", "nanosecs", "nanoseconds", "nsec", "nsecs", "ns", "nanos", "tv_nsec"), 1e-9),
+    **dict.fromkeys(("microsec", "microsecs", "microseconds", "usec", "usecs", "us", "tv_usec"), 1e-6),
+    **dict.fromkeys(("millisec", "millisecs", "milliseconds", "msec", "msecs", "ms"), 1e-3),
+}
+"""The names of the parts into which ROS and others split a time, and the length of the second one's unit, s."""
 SHORTEST_GAP_S = 1.0
 """The time without a row after which an episode ends, unless the mapping file says otherwise, s."""
 GAP_STEPS = 5
 """The same in usual times between rows, for recordings of few rows a second."""
 LONGEST_STEP_S, SHORTEST_STEP_S = 2.0, 1e-4
 """The usual times between rows, s, outside of which the unit of the times must be another one."""
-SINCE_1970_S = 1e8
-"""Times above it are seconds since 1970, and a zero among them is no time."""
+SINCE_1970_S = 1.5e9, 2.1e9
+"""Times between these are probably seconds since 1970, of the years 2017 to 2036."""
+LATEST_S = 3e10
+"""Times after it, which is after the year 2900, are in another unit."""
 MOST_LATE_ROWS = 5
 """The largest number of rows in a row that may have been written late."""
 NEAR = 0.3
 """The distance of two rows, in usual times between rows, below which they are about the same moment."""
-NUMERIC_DATE = re.compile(r"(\d{1,4})[./-](\d{1,2})[./-](\d{1,4})[T ]+(.*)")
-CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{1,2}(?:[.,]\d*)?)")
 
 
 class RowTimes(NamedTuple):
@@ -55,21 +58,32 @@ class RowTimes(NamedTuple):
 
 def find_row_times(table: RecordedTable, mapping: RecordingMap) -> RowTimes:
     """Find the time of each row; FileError is raised if the column of times cannot be understood."""
-    raw = _read_times(table, mapping)
-    rows = _drop_rows_before_time(table, raw)
-    times = raw[rows]
-    known = times[~np.isnan(times)]
-    if len(known) < 2 or np.ptp(known) == 0:
-        if mapping.time is not None and len(known) > 1:
-            problem = f"its times are all {known[0]:g} s"
+    raw = _remove_zeros(_read_times(table, mapping))
+    present = raw[~np.isnan(raw)]
+    if len(present) < 2 or np.ptp(present) == 0:
+        if mapping.time is not None and len(present) > 1:
+            problem = f"its times are all {present[0]:.12g} s"
             remedy = "name another column as time, or leave it out and give tick_s"
             raise table.refuse(f"column {_name_time(mapping)!r}", problem, remedy)
-        return RowTimes(rows, times, [0], mapping.tick_s or 1.0)
-    gap_s = mapping.gap_s or max(SHORTEST_GAP_S, GAP_STEPS * _measure_usual(times))
-    rows, times, starts = _sort_late_rows(table, rows, times, gap_s)
-    times = _spread_equal_times(table, rows, times, starts, gap_s)
+        rows = np.flatnonzero(~np.isnan(raw))
+        return RowTimes(rows, raw[rows], [0], mapping.tick_s or 1.0)
+    rows = np.arange(len(raw))
+    if (np.diff(present) <= 0).all():
+        table.omissions.append(f"{table.path}: its last row is the earliest; read from the last to the first")
+        rows = rows[::-1]
+    rows = _drop_rows_before_time(table, rows, raw)
+    has_time = ~np.isnan(raw)
+    gap_s = mapping.gap_s or max(SHORTEST_GAP_S, GAP_STEPS * _measure_usual(raw[rows]))
+    rows, times, starts = _sort_late_rows(table, rows, raw[rows], gap_s)
+    if len(starts) > 1 + len(rows) // 4:
+        place = f"{table.format_place(int(rows[starts[1]]))}, column {_name_time(mapping)!r}"
+        problem = f"time goes back there and at {len(starts) - 2} more places"
+        raise table.refuse(
+            place, problem, "sort the rows by time, one robot in each file, or name another column"
+        )
+    times = _spread_equal_times(table, rows, times, starts, gap_s, has_time)
     usual = _measure_usual(times)
-    _refuse_unit(table, mapping, usual)
+    _refuse_unit(table, mapping, times, usual)
     starts = _find_gaps(table, rows, times, starts, gap_s)
     return RowTimes(rows, times, starts, usual)
 
@@ -80,8 +94,8 @@ def _name_time(mapping: RecordingMap) -> str:
 
 def _measure_usual(times: Column) -> float:
     """Return the median of the time between two rows, those of equal time taken as spread evenly, s."""
-    known = times[~np.isnan(times)]
-    steps = np.diff(known)
+    present = times[~np.isnan(times)]
+    steps = np.diff(present)
     rising = steps[steps > 0]
     if not len(rising):
         return inf
@@ -98,117 +112,75 @@ def _read_times(table: RecordedTable, mapping: RecordingMap) -> Column:
     if len(names) == 1 and names[0] not in table.header:
         names = _find_split_stamp(table.header, names[0]) or names
     if len(names) == 2:
-        whole, part = (read_cells(table.list_cells(each, of="the time")).values for each in names)
-        return whole - np.nanmin(whole) + part * 1e-9 + np.nanmin(whole)
+        return _read_split_times(table, *names)
     cells = table.list_cells(names[0], of="the time")
-    times = _parse_times(cells, UNITS[mapping.time_unit][1])
+    times = parse_times(cells, UNITS[mapping.time_unit][1])
     if np.isnan(times).all() and len(times):
         problem = f"{str(cells[0])!r:.40} is no time"
         remedy = "write seconds, or dates as 2026-05-01T10:00:00.5Z"
         raise table.refuse(f"{table.format_place(0)}, column {names[0]!r}", problem, remedy)
-    return _remove_zeros(table, names[0], times)
+    return times
+
+
+def _read_split_times(table: RecordedTable, whole_name: str, part_name: str) -> Column:
+    """Read times that are split into seconds and nanoseconds, or another part that the name of its column says."""
+    whole, part = (
+        table.read_values(each, Continuous(), of="the time").values for each in (whole_name, part_name)
+    )
+    end = re.split(r"[./]", part_name.lower())[-1]
+    unit_s = next((unit for name, unit in SPLIT_PARTS.items() if f"_{end}".endswith(f"_{name}")), None)
+    least, most = (float(each) for each in (np.nanmin(part, initial=0.0), np.nanmax(part, initial=0.0)))
+    if least < 0 or most * (unit_s or 1e-9) >= 1:
+        problem, remedy = (
+            f"it reaches {most or least:.12g}, which is no part of a second",
+            "name the seconds first",
+        )
+        raise table.refuse(f"column {part_name!r}", problem, f"{remedy}, then the nanoseconds")
+    if unit_s is None and 1e3 < most < 1e6:
+        problem = f"it reaches only {most:g}, so it does not seem to be in nanoseconds"
+        raise table.refuse(
+            f"column {part_name!r}", problem, "call it usec if it is in microseconds, ms or nanosec"
+        )
+    times: Column = whole + part * (unit_s or 1e-9)
+    return times
 
 
 def _find_split_stamp(header: Sequence[str], name: str) -> list[str] | None:
     """Find the columns of a time that is split into seconds and nanoseconds: stamp.sec and stamp.nanosec."""
     for between in (".", "_", "/"):
         for whole in SECONDS_PARTS:
-            for part in NANOSECONDS_PARTS:
+            for part in SPLIT_PARTS:
                 names = [f"{name}{between}{whole}", f"{name}{between}{part}"]
                 if set(names) <= set(header):
                     return names
     return None
 
 
-def _parse_times(cells: Sequence[Any] | Column, factor: float) -> Column:
-    """Parse times: numbers in a unit of `factor` seconds, dates, or times of day."""
-    if isinstance(cells, np.ndarray) and cells.dtype.kind == "f":
-        return cells * factor
-    cells = list(cells)
-    if all(parse_number(each) is not None for each in cells):
-        # Nanoseconds since 1970 have more digits than a float.
-        integers = [_parse_integer(each) for each in cells]
-        known = [each for each in integers if each is not None]
-        if known and len(known) == len(cells) and max(map(abs, known)) > 2**53:
-            begin = known[0]
-            return np.array([(each - begin) * factor for each in known]) + begin * factor
-        return read_cells(cells).values * factor
-    day_first = _is_day_first(cells)
-    return np.array([_parse_date(each, factor, day_first=day_first) for each in cells], dtype=np.float64)
+def _remove_zeros(times: Column) -> Column:
+    """Take a zero far from the times after it as no time: drivers send it that do not fill in a stamp."""
+    nonzero = np.flatnonzero((times != 0) & ~np.isnan(times))
+    if not len(nonzero):
+        return times
+    gap_s = max(SHORTEST_GAP_S, GAP_STEPS * _measure_usual(times[nonzero]))
+    following = np.searchsorted(nonzero, np.arange(len(times)))
+    ahead = np.abs(times[nonzero[np.minimum(following, len(nonzero) - 1)]])
+    return np.where((times == 0) & (ahead > gap_s), nan, times)
 
 
-def _parse_integer(cell: Any) -> int | None:
-    try:
-        return int(cell) if not isinstance(cell, float) else None
-    except (TypeError, ValueError):
-        return None
-
-
-def _is_day_first(cells: Sequence[Any]) -> bool:
-    """Return whether dates as 1/2/2026 have the day first: a month above 12 in any of them says so, or else a point."""
-    parts = [match.groups() for each in cells if (match := NUMERIC_DATE.fullmatch(str(each).strip()))]
-    if any(len(first) < 3 and int(first) > 12 for first, *_ in parts):
-        return True
-    if any(len(first) < 3 and int(second) > 12 for first, second, *_ in parts):
-        return False
-    return (
-        any("." in str(each).split(" ")[0] for each in cells[:1]) or len({first for first, *_ in parts}) > 1
-    )
-
-
-def _parse_date(cell: Any, factor: float, *, day_first: bool) -> float:
-    """Parse a date or a time of day as s since 1970, or since midnight; NaN if it is none."""
-    number = parse_number(cell)
-    if number is not None:
-        return number * factor
-    if isinstance(cell, datetime):
-        return (cell if cell.tzinfo else cell.replace(tzinfo=UTC)).timestamp()
-    if isinstance(cell, timedelta):
-        return cell.total_seconds()
-    if isinstance(cell, date):
-        return datetime(cell.year, cell.month, cell.day, tzinfo=UTC).timestamp()
-    if isinstance(cell, time):
-        return cell.hour * 3600 + cell.minute * 60 + cell.second + cell.microsecond * 1e-6
-    text = str(cell).strip().removesuffix(" UTC").removesuffix(" GMT")
-    if clock := CLOCK.fullmatch(text):
-        hours, minutes, seconds = clock.groups()
-        return int(hours or 0) * 3600 + int(minutes) * 60 + float(seconds.replace(",", "."))
-    if (numeric := NUMERIC_DATE.fullmatch(text)) and len(numeric[1]) < 3:
-        one, other, year, clock_text = numeric.groups()
-        day, month = (one, other) if day_first else (other, one)
-        text = f"{year.rjust(4, '2') if len(year) == 4 else f'20{year}'}-{month:0>2}-{day:0>2} {clock_text}"
-    try:
-        parsed = datetime.fromisoformat(text.replace(",", ".").replace("/", "-"))
-    except ValueError:
-        return nan
-    return (parsed if parsed.tzinfo else parsed.replace(tzinfo=UTC)).timestamp()
-
-
-def _remove_zeros(table: RecordedTable, name: str, times: Column) -> Column:
-    """Take zeros among seconds since 1970 as no time, as drivers send that do not fill in a stamp."""
-    zero = times == 0
-    if zero.any() and float(np.nanmedian(times)) > SINCE_1970_S:
-        place = table.format_place(int(np.flatnonzero(zero)[0]))
-        table.omissions.append(
-            f"{table.path} at {place}, column {name!r}: {int(zero.sum())} stamps are 0; their rows are put between "
-            "their neighbors"
-        )
-        times = np.where(zero, nan, times)
-    return times
-
-
-def _drop_rows_before_time(table: RecordedTable, times: Column) -> NDArray[np.int64]:
+def _drop_rows_before_time(table: RecordedTable, rows: NDArray[np.int64], times: Column) -> NDArray[np.int64]:
     """Return the rows from the first one that has a time; those before it are left out."""
-    known = np.flatnonzero(~np.isnan(times))
-    if not len(known):
-        return np.zeros(0, np.int64)
-    unknown = len(times) - len(known)
-    if unknown:
-        first = int(np.flatnonzero(np.isnan(times))[0])
-        what = f"{unknown} rows have no time; " if unknown > 1 else "no time; "
-        before = f"the {known[0]} at the beginning are left out" if known[0] else "put between its neighbors"
-        table.omissions.append(f"{table.path} at {table.format_place(first)}: {what}{before}")
-    return np.arange(known[0], len(times))
+    unknown = np.isnan(times[rows])
+    if unknown.any():
+        first, before = int(rows[int(np.argmax(unknown))]), int(np.argmin(unknown))
+        count = int(unknown.sum())
+        where = table.format_place(first)
+        more = f" and {count - 1} more rows" if count > 1 else ""
+        what = "put between their neighbors" if before < count else "left out"
+        if 0 < before < count:
+            what += f"; the {before} at the beginning are left out"
+        table.omissions.append(f"{table.path} at {where}{more}: no time, or a stamp of 0; {what}")
+        rows = rows[before:]
+    return rows
 
 
 def _sort_late_rows(
@@ -249,10 +221,13 @@ def _sort_late_rows(
 
 
 def _is_late(times: Column, first: int, at: int, top: float, usual: float, gap_s: float) -> bool:
-    """Return whether a row was written late, into a hole that rows before it left; else the clock was set back."""
+    """Return whether a row was written late, by less than a step or into a hole; else the clock was set back."""
     if top - times[at] > gap_s or not (times[at + 1 : at + 1 + MOST_LATE_ROWS] >= top).any():
         return False
-    return bool(np.abs(times[first:at] - times[at]).min() > NEAR * usual)
+    return bool(
+        top - times[at] < min(usual, SHORTEST_GAP_S)
+        or np.abs(times[first:at] - times[at]).min() > NEAR * usual
+    )
 
 
 def _fill_forward(times: Column) -> Column:
@@ -263,9 +238,14 @@ def _fill_forward(times: Column) -> Column:
 
 
 def _spread_equal_times(
-    table: RecordedTable, rows: NDArray[np.int64], times: Column, starts: Sequence[int], gap_s: float
+    table: RecordedTable,
+    rows: NDArray[np.int64],
+    times: Column,
+    starts: Sequence[int],
+    gap_s: float,
+    has_time: NDArray[np.bool_],
 ) -> Column:
-    """Spread rows of equal time evenly over the time until the next one."""
+    """Spread rows of equal time evenly over the time until the next one; `has_time` [N] are the rows that had one."""
     begins = np.flatnonzero(np.concatenate([[True], np.diff(times) != 0]))
     counts = np.diff([*begins, len(times)])
     if counts.max() == 1:
@@ -281,27 +261,40 @@ def _spread_equal_times(
             ahead = before if 0 < before <= gap_s and counts[number - 1] == count else step * count
         if count > 1:
             spread[begin:end] += ahead * np.arange(count) / count
-    many = np.flatnonzero(counts > 1)
-    first = int(begins[many[0]])
-    table.omissions.append(
-        f"{table.path} at {table.format_place(int(rows[first]))}: {counts[many[0]]} rows have the time "
-        f"{times[first]:.12g} s"
-        + (f", and so on {len(many) - 1} more times" if len(many) > 1 else "")
-        + "; spread evenly until the next"
-    )
+    equal = np.add.reduceat(has_time[rows].astype(np.int64), begins)
+    many = np.flatnonzero(equal > 1)
+    if len(many):
+        first = int(begins[many[0]])
+        more = f", and so on {len(many) - 1} more times" if len(many) > 1 else ""
+        table.omissions.append(
+            f"{table.path} at {table.format_place(int(rows[first]))}: {equal[many[0]]} rows have the time "
+            f"{times[first]:.12g} s{more}; spread evenly until the next"
+        )
     return spread
 
 
-def _refuse_unit(table: RecordedTable, mapping: RecordingMap, usual: float) -> None:
+def _refuse_unit(table: RecordedTable, mapping: RecordingMap, times: Column, usual: float) -> None:
     """Refuse times whose unit must be another one."""
-    if mapping.time is None or SHORTEST_STEP_S <= usual <= (mapping.gap_s or LONGEST_STEP_S):
+    if mapping.time is None:
         return
-    if usual < SHORTEST_STEP_S:
-        problem, remedy = f"rows are {usual:g} s apart", "give the right time_unit"
-    else:
-        limit = f"gap_s ({mapping.gap_s:g} s)" if mapping.gap_s else f"{LONGEST_STEP_S:g} s"
+    unit_s, first = UNITS[mapping.time_unit][1], float(times[0])
+    longest = mapping.gap_s or LONGEST_STEP_S
+    remedy = "give the right time_unit in a mapping file"
+    if np.abs(times).max() > LATEST_S:
+        problem = f"its times, such as {first:.12g} s, are after the year 2900"
+        remedy += ", or write dates as 2026-05-01T10:00:00.5Z"
+    elif usual < SHORTEST_STEP_S:
+        problem = f"rows are {usual:g} s apart"
+    elif usual > longest:
+        limit = f"gap_s ({longest:g} s)" if mapping.gap_s else f"{longest:g} s"
         problem = f"rows are {usual:g} s apart, farther than {limit}"
-        remedy = "give the right time_unit, or a longer gap_s"
+        remedy += ", or a longer gap_s"
+    elif unit_s < 1 and usual / unit_s <= longest and SINCE_1970_S[0] < first / unit_s < SINCE_1970_S[1]:
+        problem = (
+            f"its times, such as {first / unit_s:.12g}, are seconds since 1970, and not {mapping.time_unit}"
+        )
+    else:
+        return
     raise table.refuse(f"column {_name_time(mapping)!r}", problem, remedy)
 
 

@@ -13,6 +13,8 @@ from understudy.model.value_kinds import BOOLEAN, Categorical, Column, Continuou
 ABSENT = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "nat", "#n/a"})
 """How programs write that a cell has nothing, in lower case."""
 TRUTHS: Mapping[str, float] = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0}
+MINUS = "\N{MINUS SIGN}"
+"""The sign that some programs write in place of the one on keyboards."""
 MOST_LABELS = 20
 """The largest number of different texts in a column that count as labels."""
 
@@ -20,12 +22,13 @@ MOST_LABELS = 20
 class CellValues(NamedTuple):
     """A column as numbers, NaN where absent, with its kind and the rows whose cells are neither absent nor of it.
 
-    `kind` is None if the cells are texts of no use: the same in all rows, or too many different ones.
+    `kind` is None if the cells are texts of no use. `remark` says why, or what is odd about the labels.
     """
 
     values: Column
     kind: Kind | None
     wrong: list[int]
+    remark: str = ""
 
 
 def parse_number(cell: Any) -> float | None:
@@ -36,7 +39,7 @@ def parse_number(cell: Any) -> float | None:
     if cell is None:
         return nan
     if isinstance(cell, str):
-        text = cell.strip()
+        text = cell.strip().replace(MINUS, "-")
         if text.lower() in ABSENT:
             return nan
         if "_" in text:  # Python would read 1_000 as a number
@@ -48,7 +51,9 @@ def parse_number(cell: Any) -> float | None:
     else:
         try:
             value = float(cell)
-        except (TypeError, ValueError, OverflowError):
+        except OverflowError:
+            return nan
+        except (TypeError, ValueError):
             return None
     return value if isfinite(value) else nan
 
@@ -85,10 +90,10 @@ def _read_any(cells: Sequence[Any], kind: Kind | None) -> CellValues:
     if isinstance(kind, Categorical):
         return _read_labels(cells, kind)
     if kind is None and (guessed := _guess_kind(cells)) is not None:
-        kind, is_constant = guessed
-        if kind is None or is_constant:
-            return CellValues(np.full(len(cells), nan), None, [])
-        return _read_labels(cells, kind)
+        labels, remark = guessed
+        if labels is None:
+            return CellValues(np.full(len(cells), nan), None, [], remark)
+        return _read_labels(cells, labels)._replace(remark=remark)
     values, wrong = np.empty(len(cells)), []
     for row, cell in enumerate(cells):
         number = parse_number(cell)
@@ -100,44 +105,53 @@ def _read_any(cells: Sequence[Any], kind: Kind | None) -> CellValues:
 
 def _is_absent(cell: Any) -> bool:
     """Return whether a cell has nothing; an infinite number is something that is no number."""
-    if cell is None:
-        return True
-    return cell.strip().lower() in ABSENT if isinstance(cell, str) else isnan(float(cell))
+    if cell is None or isinstance(cell, str):
+        return cell is None or cell.strip().lower() in ABSENT
+    try:
+        return isnan(float(cell))
+    except OverflowError:
+        return False
 
 
-def _guess_kind(cells: Sequence[Any]) -> tuple[Categorical | None, bool] | None:
-    """Guess the labels of a column of texts, and whether it has only one; None for a column of numbers."""
-    texts = dict[str, int]()
-    numbers = 0
+def _guess_kind(cells: Sequence[Any]) -> tuple[Categorical | None, str] | None:
+    """Guess the labels of a column of texts, and what is odd about them; None for a column of numbers."""
+    texts, numbers = dict[str, int](), set[str]()
+    count = 0
     for cell in cells:
         if isinstance(cell, (bool, np.bool_)):
             text = str(bool(cell)).lower()
         elif isinstance(cell, str) and parse_number(cell) is None:
-            text = cell.strip()
+            text = format_label(cell)
         else:
-            numbers += not _is_absent_or_odd(cell)
+            if is_number(cell):
+                count += 1
+                numbers.add(format_label(cell))
             continue
         texts[text] = texts.get(text, 0) + 1
-    if not texts or numbers * 2 > sum(texts.values()):
+    if texts and all(each.lower() in TRUTHS for each in texts) and numbers <= {"0", "1"}:
+        return BOOLEAN, ""
+    if not texts or count * 2 > sum(texts.values()):
         return None
-    if all(each.lower() in TRUTHS for each in texts):
-        return BOOLEAN, False
-    labels = [*texts, *{format_label(each) for each in cells if is_number(each)}] if numbers else [*texts]
-    if len(labels) > MOST_LABELS or any("|" in each for each in labels):
-        return None, False
-    return Categorical(tuple(sorted(labels))), len(labels) == 1
-
-
-def _is_absent_or_odd(cell: Any) -> bool:
-    number = parse_number(cell)
-    return number is None or isnan(number)
+    labels = sorted({*texts, *numbers})
+    example = repr(max(texts, key=lambda text: texts[text]))[:40]
+    if len(labels) > MOST_LABELS:
+        return None, f"{len(labels)} different texts, such as {example}"
+    if any("|" in each for each in labels):
+        return None, f"texts with | in them, such as {example}"
+    if len(labels) == 1:
+        remark = f"{example} in all rows, which tells nothing"
+    elif any(each.lstrip("+-.")[:1].isdigit() for each in labels):
+        remark = f"texts, such as {example}, are taken as labels and not as numbers"
+    else:
+        remark = ""
+    return Categorical(tuple(labels)), remark
 
 
 def format_label(cell: Any) -> str:
-    """Format a cell as the text of a label: 2 for 2.0."""
+    """Format a cell as the text of a label: 2 for 2.0, and in one line."""
     if isinstance(cell, (float, np.floating)) and cell == int(cell):
         return str(int(cell))
-    return str(cell).strip()
+    return " ".join(str(cell).split())
 
 
 def _read_labels(cells: Sequence[Any], kind: Categorical) -> CellValues:

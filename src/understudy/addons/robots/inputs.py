@@ -262,7 +262,7 @@ class SensorInputs:
         colors = () if file.camera is None else (*file.camera.colors, *targets)
         about = [target for source in more for _, target in source.keys if target is not None]
         self.targets: Sequence[str] = tuple(dict.fromkeys((*about, *colors, *file.targets)))
-        self._keys: Sequence[ReadingKey] = [
+        self.keys: Sequence[ReadingKey] = [
             (each.name, target)
             for each in self.readings
             for target in (self.targets if each.of_targets else (None,))
@@ -288,7 +288,7 @@ class SensorInputs:
         for name in self.sources:
             values.update(self.read_fresh(name, now))
         values.update(compute_ranges_and_bearings(self._places, values))
-        return {key: values.get(key, nan) for key in self._keys}
+        return {key: values.get(key, nan) for key in self.keys}
 
     def read_fresh(self, name: str, now: float) -> Mapping[ReadingKey, float]:
         """Return the values of one source; empty if they are older than its limit at time `now` (s)."""

@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Protocol
 
 from msgspec import field
 
@@ -316,20 +316,48 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
         yield DecodeProblem("router", "is not used with DDS", 'leave it out, or give transport = "zenoh"')
     if robot.router is not None and robot.transport == "zenoh" and not ROUTER.fullmatch(robot.router):
         yield DecodeProblem("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
-    for name, target in robot.targets.items():
-        yield from _wrong_target(robot, f"targets.{name}", name, target)
+    yield from find_source_problems(robot)
     for name, skill in robot.skills.items():
         yield from find_skill_problems(f"skills.{name}", name, skill)
         yield from _wrong_topic(
             robot, f"skills.{name}.{'action' if skill.action else 'service'}", skill.endpoint
         )
-    if robot.frames is not None:
-        yield from _wrong_frames(robot, robot.frames)
     if robot.diagnostics is not None:
         yield from _wrong_topic(robot, "diagnostics.topic", robot.diagnostics.topic)
-    if robot.camera is not None:
-        yield from _wrong_topic(robot, "camera.topic", robot.camera.topic)
-        yield from _wrong_times("camera", stale_s=robot.camera.stale_s, rate_hz=robot.camera.rate_hz)
+
+
+class SourceFile(Protocol):
+    """What of a robot file says where places of targets, poses and images come from."""
+
+    @property
+    def targets(self) -> Mapping[str, TargetPlaceSpec]:
+        """The places of targets, by name."""
+        ...
+
+    @property
+    def frames(self) -> FrameSpec | None:
+        """The frames between which the robot's pose is read."""
+        ...
+
+    @property
+    def camera(self) -> CameraSpec | None:
+        """The camera and the colors of targets."""
+        ...
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic."""
+        ...
+
+
+def find_source_problems(file: SourceFile) -> Iterator[DecodeProblem]:
+    """Yield what is invalid in what a file says of targets, frames and the camera."""
+    for name, target in file.targets.items():
+        yield from _wrong_target(file, f"targets.{name}", name, target)
+    if file.frames is not None:
+        yield from _wrong_frames(file, file.frames)
+    if file.camera is not None:
+        yield from _wrong_topic(file, "camera.topic", file.camera.topic)
+        yield from _wrong_times("camera", stale_s=file.camera.stale_s, rate_hz=file.camera.rate_hz)
 
 
 def _wrong_reading(robot: RobotFile, key: str, name: str, reading: ReadingSpec) -> Iterator[DecodeProblem]:
@@ -361,7 +389,7 @@ def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
                 yield DecodeProblem(f"readings.{name}", f"is what {of} give, too", "give it another name")
 
 
-def _wrong_target(robot: RobotFile, key: str, name: str, target: TargetPlaceSpec) -> Iterator[DecodeProblem]:
+def _wrong_target(file: SourceFile, key: str, name: str, target: TargetPlaceSpec) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
         yield DecodeProblem(key, "is not a valid name of a target", "give letters, digits and _")
     if (target.at is None) == (target.topic is None):
@@ -369,7 +397,7 @@ def _wrong_target(robot: RobotFile, key: str, name: str, target: TargetPlaceSpec
     if target.at is not None and not all(map(isfinite, target.at)):
         yield DecodeProblem(f"{key}.at", f"is {list(target.at)}", "give x and y in m")
     if target.topic is not None:
-        yield from _wrong_topic(robot, f"{key}.topic", target.topic)
+        yield from _wrong_topic(file, f"{key}.topic", target.topic)
     if not TYPE.fullmatch(target.type):
         problem = f"is {target.type!r:.60}, which is not a message type"
         yield DecodeProblem(f"{key}.type", problem, "give one as geometry_msgs/msg/PoseStamped")
@@ -403,9 +431,9 @@ def _wrong_fence(robot: RobotFile) -> Iterator[DecodeProblem]:
             )
 
 
-def _wrong_frames(robot: RobotFile, frames: FrameSpec) -> Iterator[DecodeProblem]:
-    yield from _wrong_topic(robot, "frames.topic", frames.topic)
-    yield from _wrong_topic(robot, "frames.static", frames.static)
+def _wrong_frames(file: SourceFile, frames: FrameSpec) -> Iterator[DecodeProblem]:
+    yield from _wrong_topic(file, "frames.topic", frames.topic)
+    yield from _wrong_topic(file, "frames.static", frames.static)
     yield from _wrong_times("frames", stale_s=frames.stale_s, rate_hz=frames.rate_hz)
     for key, name in (("fixed", frames.fixed), ("robot", frames.robot)):
         if not name.strip("/"):
@@ -414,9 +442,9 @@ def _wrong_frames(robot: RobotFile, frames: FrameSpec) -> Iterator[DecodeProblem
         yield DecodeProblem("frames.robot", "is the same frame as fixed", "give the robot's own frame")
 
 
-def _wrong_topic(robot: RobotFile, key: str, topic: str) -> Iterator[DecodeProblem]:
-    if len(robot.topic(topic)) > LONGEST_TOPIC:
-        problem = f"has {len(robot.topic(topic))} letters with its namespace"
+def _wrong_topic(file: SourceFile, key: str, topic: str) -> Iterator[DecodeProblem]:
+    if len(file.topic(topic)) > LONGEST_TOPIC:
+        problem = f"has {len(file.topic(topic))} letters with its namespace"
         yield DecodeProblem(key, problem, f"give a name of a topic of at most {LONGEST_TOPIC}")
     elif not TOPIC.fullmatch(topic):
         yield DecodeProblem(

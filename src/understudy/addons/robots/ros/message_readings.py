@@ -118,7 +118,7 @@ def make_field_extractor(
 
     The path may have numbers of elements of lists. `list_fields` returns the fields of a message type by name.
     """
-    field = find_field(type, path, list_fields)
+    field = find_message_field(type, path, list_fields)
     if isinstance(field, DecodeProblem):
         return field
     node_type, of = field
@@ -137,7 +137,7 @@ def make_field_extractor(
     return kind, unit, lambda message: _finite(float(_walk(message, path)))
 
 
-def find_field(type: str, path: str, list_fields: ListFields) -> tuple[int, Any] | DecodeProblem:
+def find_message_field(type: str, path: str, list_fields: ListFields) -> tuple[int, Any] | DecodeProblem:
     """Find the node type and element type of the field at the end of a path, or return what of the path is invalid."""
     node_type: int = NAMED
     of: Any = type

@@ -16,7 +16,7 @@ from understudy.addons.recordings.driver_contradictions import (
     settle_driver_contradictions,
 )
 from understudy.addons.recordings.driver_lessons import merge_driver_lessons
-from understudy.addons.recordings.recorded_drive import refuse_other_robot
+from understudy.addons.recordings.recorded_drive import align_labels, refuse_other_robot
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.errors import SettingError, UnknownName
 from understudy.storage.json_text import select_facts
@@ -127,10 +127,13 @@ def segment_drivers(
     first = next(iter(opened.values()))
     for each in opened.values():
         refuse_other_robot(first.drive, each.drive)
+    aligned = align_labels([each.drive for each in opened.values()])
     return {
         # One library for all, so that features and behaviors are the same objects in all lessons.
-        name: segment_opened_drives(recordings[name][0], drives._replace(library=first.library), asked)
-        for name, drives in opened.items()
+        name: segment_opened_drives(
+            recordings[name][0], drives._replace(drive=drive, library=first.library), asked
+        )
+        for (name, drives), drive in zip(opened.items(), aligned, strict=True)
     }
 
 
