@@ -199,6 +199,8 @@ def count_automata(folder: Path | str) -> int:
 
 
 def _begins_as_document(path: Path) -> bool:
+    if not path.is_file():  # a pipe would be waited for without end
+        return False
     with path.open("rb") as file:
         return _DOCUMENT.search(file.read(_BEGINNING)) is not None
 

@@ -56,3 +56,8 @@ def test_libraries_below_and_beside(
     assert sorted(map(str, find_near_libraries(Path(named)))) == expected
     if not expected:
         assert describe_near_libraries(Path(named), "understudy list") == []
+
+
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.json")
+    assert find_near_libraries(tmp_path) == {}

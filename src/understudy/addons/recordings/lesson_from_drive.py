@@ -16,6 +16,7 @@ from understudy.addons.recordings.drive_examples import (
     name_state,
 )
 from understudy.addons.recordings.drive_kit import list_drive_features, make_drive_kit
+from understudy.addons.recordings.propose_behaviors import describe_command, discover_behaviors
 from understudy.addons.recordings.segment import Segmentation
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.report import learn_and_report
@@ -125,9 +126,11 @@ def to_lesson(
         each for index, each in enumerate(segmentation.candidates) if (segmentation.labels == index).any()
     ]
     if not used:
+        recurring = [describe_command(drive.channels, each.command) for each in discover_behaviors(drive)]
+        looks = f", which look like {'; '.join(recurring)}" if recurring else ""
         raise DefinitionError(
             what="recording",
-            problem="none of the candidates explains any of its commands",
+            problem=f"none of the candidates explains any of its commands{looks}",
             remedy="give other behaviors, or check scales and signs of the commands",
         )
     library = Library(make_drive_kit(drive, {})) if library is None else library
