@@ -22,6 +22,7 @@ from understudy.addons.export.export_automaton import (
     fingerprint_automata,
     link_ground,
 )
+from understudy.addons.export.export_folder import check_export_folder
 from understudy.addons.export.exported_trace import (
     ExportedDecision,
     ExportedTick,
@@ -111,6 +112,7 @@ def _is_for_coordinators(library: Library) -> bool:
 def export_behavior(options: ExportOptions) -> None:
     """Export an automaton with everything below it, so that it runs without Understudy and decides the same."""
     name = options.name
+    check_export_folder(options.out)  # before a library is opened, which may have to be learned again
     body: BodyInterface | RobotInterface
     if options.robot is None:
         known, name, body = open_library_to_export(options.library, name, options.world, options.kit)
