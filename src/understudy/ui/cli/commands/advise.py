@@ -23,7 +23,7 @@ from understudy.sim.world import World
 from understudy.storage.library_folder import open_each_automaton
 from understudy.training.lesson_design import check_parameter_targets
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.library_data import find_optional_kit
+from understudy.ui.cli.library_data import find_optional_kit, report_left_out
 from understudy.ui.cli.library_options import AdviseOptions
 from understudy.ui.cli.options import parse_bindings
 from understudy.ui.cli.output import make_console
@@ -47,6 +47,7 @@ def advise(options: AdviseOptions) -> None:
     listing = open_each_automaton(options.library, parts, learn)
     if options.name not in listing.opened and (error := listing.problems.get(f"{options.name}.json")):
         raise error
+    report_left_out({"": listing})
     listing.library.automaton(options.name)
     lesson = listing.opened[options.name].taught.lesson
     if lesson is None:
