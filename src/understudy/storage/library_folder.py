@@ -26,7 +26,13 @@ from understudy.errors import (
     UnderstudyError,
     UnknownName,
 )
-from understudy.model.library import Kit, Library, TrainedAutomaton, check_trained_automaton
+from understudy.model.library import (
+    Kit,
+    Library,
+    TrainedAutomaton,
+    check_trained_automaton,
+    list_dependencies,
+)
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
 from understudy.storage.document import (
     KIT,
@@ -110,10 +116,16 @@ class LoadedLibrary:
         return {name: each.rebuilt for name, each in self.opened.items() if each.rebuilt is not None}
 
     def refuse_damaged(self) -> None:
-        """Raise the error of the first file that is damaged; or, if all automata are of another kit, of the first."""
+        """Raise the error of the first damaged file; or of the first left out, if all others need what is left out."""
         damaged = [each for each in self.problems.values() if not isinstance(each, OtherKit)]
-        for problem in damaged or ([] if self.opened else self.problems.values()):
+        is_usable = any(map(self._is_whole, self.opened))
+        for problem in damaged or ([] if is_usable else self.problems.values()):
             raise problem
+
+    def _is_whole(self, name: str) -> bool:
+        """Return whether an automaton needs none that was left out."""
+        automata = [self.library.automaton(each) for each in list_dependencies(self.library, name)]
+        return all(state.behavior not in self.library.left_out for each in automata for state in each.states)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from tests.ui.cli.forage_parts import ALWAYS, distance_to
 from understudy.errors import FileError, LeftOutOfLibrary, OtherKit, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.library import Kit, TrainedAutomaton
 from understudy.model.value_kinds import Categorical, Continuous
@@ -27,7 +28,7 @@ OTHERS = {  # what an automaton of another kit may have that this kit has not
     "the kind of a feature": BoundFeature(
         replace(FORAGE_KIT.features["food_left"], kind=Categorical(("some", "none")))
     ),
-    "the unit of a feature": BoundFeature(replace(distance_to, unit="mm"), {"A": "station"}),
+    "the unit of a feature": BoundFeature(replace(distance_to, unit="mm"), Binding(A="station")),
 }
 REASON = "the kit has no feature 'grip_force'; its features are"
 
@@ -72,6 +73,13 @@ def test_where_all_are_of_another_kit_that_is_an_error(tmp_path: Path) -> None:
 
 def truncate(text: str) -> str:
     return text[: len(text) // 2]
+
+
+def test_where_all_need_one_of_another_kit_that_is_an_error(tmp_path: Path) -> None:
+    for taught in (make_grasp(), make_user(), make_user("carry")):
+        save_automaton(tmp_path, taught)
+    with pytest.raises(OtherKit, match=REASON):
+        open_library(tmp_path, FORAGE_KIT, learn)
 
 
 DAMAGES: list[Callable[[str], str]] = [
