@@ -110,6 +110,19 @@ class FileError(UnderstudyError, json_type="FileError"):
         super().__init__(f"{path}{at}: {problem}; {remedy}")
 
 
+class OtherKit(FileError, json_type="OtherKit"):
+    """A document that is sound, of an automaton that was taught with another kit than the one it is opened with."""
+
+
+class LeftOutOfLibrary(UnknownName, json_type="LeftOut"):
+    """A name that a library lacks because its automaton is of another kit; `reason` says what the kit lacks."""
+
+    def __init__(self, *, what: str, name: str, where: str, known: Sequence[str], reason: str) -> None:
+        super().__init__(what=what, name=name, where=where, known=known)
+        self.reason = reason
+        self.args = (f"{what} {name!r} was left out of {where}, since it is of another kit: {reason}",)
+
+
 class SettingError(UnderstudyError, json_type="SettingError"):
     """A setting of a world, body or command with an invalid value."""
 

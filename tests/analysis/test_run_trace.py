@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import sys
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,7 @@ import numpy as np
 import pytest
 from tests.make.run_frames import make_crossing
 
-from understudy.errors import SettingError
+from understudy.errors import FileError, SettingError
 from understudy.judging.run_trace import COLUMNS, write_trace
 from understudy.sim.view import RunFrame
 
@@ -72,6 +75,57 @@ def test_a_run_without_a_tick_leaves_nothing(tmp_path: Path) -> None:
     with write_trace(tmp_path / "run.jsonl", **ABOUT):
         pass
     assert not list(tmp_path.iterdir())
+
+
+class FullDisk(FileIO):
+    """A file on a disk that has room for so many bytes, and takes the part of a write for which it has."""
+
+    def __init__(self, path: Path, room: int) -> None:
+        super().__init__(path, "w")
+        self._room = room
+
+    def write(self, data: Any, /) -> int:
+        if not self._room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        written = super().write(bytes(data[: self._room]))
+        self._room -= written
+        return written
+
+
+SHORT = [(0, 0), (1, 0), (1, 1), (4, 0), (4, 150), (8, -1), (28, 0)]
+"""How many lines of a trace of 9 ticks of 3 robots a disk has room for, and how many bytes more."""
+
+
+@pytest.mark.parametrize(("lines", "more"), SHORT)
+def test_a_disk_that_gets_full_leaves_whole_ticks(
+    lines: int, more: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, usual = tmp_path / "run.jsonl", Path.open
+    frames = record(path, 9)
+    whole = path.read_bytes().splitlines(keepends=True)
+    path.unlink()
+    room, ticks = sum(map(len, whole[:lines])) + more, (lines - 1 - (more < 0)) // 3
+
+    def open_path(each: Path, mode: str = "r", *given: Any, **named: Any) -> Any:
+        unfinished = ".jsonl.unfinished" in each.name and mode == "wb"
+        return FullDisk(each, room) if unfinished else usual(each, mode, *given, **named)
+
+    def trace_all() -> None:
+        with write_trace(path, **ABOUT) as trace:
+            for frame in frames:
+                trace.add(frame.view, paths(frame))
+
+    monkeypatch.setattr(Path, "open", open_path)
+    if ticks == len(frames):
+        trace_all()
+    else:
+        with pytest.raises(
+            FileError, match=r"run\.jsonl: writing the trace failed: No space left .*; free space"
+        ):
+            trace_all()
+    if ticks > 0:
+        assert path.read_bytes() == b"".join(whole[: 1 + 3 * ticks])
+    assert [each.name for each in tmp_path.iterdir()] == (["run.jsonl"] if ticks > 0 else [])
 
 
 def test_paths_of_other_robots_are_refused_and_leave_no_part_of_a_tick(tmp_path: Path) -> None:

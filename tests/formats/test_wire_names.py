@@ -45,6 +45,8 @@ ERRORS = {  # name, exit code, what it is made of
     "ImageError": (2, "problem remedy"),
     "JobFailed": (1, "problem"),
     "KindError": (2, "where problem remedy"),
+    "LeftOut": (2, "what name where known reason"),
+    "OtherKit": (2, ""),
     "LawBroken": (2, "part law found"),
     "MessageRefused": (2, "type problem"),
     "NoDrawing": (2, "problem"),

@@ -6,8 +6,9 @@ for each in give_advice(lesson, learn(lesson), kit=kit):
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import count
 from math import isinf, sqrt
 from types import MappingProxyType
 
@@ -59,6 +60,8 @@ UNSURE = 0.3
 IN_WORLDS = 0.95
 """The largest weight of advice without trials in worlds; advice on mistakes found in worlds weighs more."""
 
+LOOKS = 9
+
 
 def give_advice(
     lesson: Lesson,
@@ -68,32 +71,41 @@ def give_advice(
     situations: NDArray[np.float64] | None = None,
     meant: Mapping[int, float] = MappingProxyType({}),
     wrong: WrongDecisions | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> tuple[Advice, ...]:
     """List what a lesson lacks, most useful first, given the transition functions learned from it.
 
     With a `kit`, its unused features are tried on contradictions. `situations` [M, F] are feature vectors that the
     robot may meet (see `sample_posed_situations`); None: they are sampled from the examples. `meant` has the presses
     that the demonstrator has confirmed, by number, with the `doubt` at that time. Advice that would change most of the
-    `wrong` decisions in new worlds comes first.
+    `wrong` decisions in new worlds comes first. `progress` is called with the number of looks at the lesson, one for
+    each kind of advice, and their total.
     """
-    analysis = LessonAnalysis(lesson, transitions, situations)
+    analysis, looks = LessonAnalysis(lesson, transitions, situations), count(1)
+
+    def look(found: Iterable[Advice]) -> list[Advice]:
+        listed = list(found)
+        progress(next(looks), LOOKS)
+        return listed
+
     advice = [
-        *advise_on_contradictions(analysis, kit),
-        *advise_on_overruled_defaults(analysis),
-        *advise_on_missing_switches(analysis),
+        *look(advise_on_contradictions(analysis, kit)),
+        *look(advise_on_overruled_defaults(analysis)),
+        *look(advise_on_missing_switches(analysis)),
     ]
     if analysis.is_scant:
         advice = [replace(each, weight=min(each.weight, UNSURE)) for each in advice]
         advice.insert(0, _advise_on_few_presses(analysis))
     else:
-        slips = list(advise_on_mislabels(analysis, meant))
+        slips = look(advise_on_mislabels(analysis, meant))
         doubted = {number for each in slips for number in each.examples}
-        advice += advise_on_coverage_gaps(analysis)
-        advice += advise_on_stretched_leaves(analysis)
+        advice += look(advise_on_coverage_gaps(analysis))
+        advice += look(advise_on_stretched_leaves(analysis))
         advice += slips
-        advice += [each for each in advise_on_isolated_presses(analysis) if each.examples[0] not in doubted]
-        advice += advise_on_accuracy(analysis)
-        advice += advise_on_unused_features(analysis)
+        isolated = look(advise_on_isolated_presses(analysis))
+        advice += [each for each in isolated if each.examples[0] not in doubted]
+        advice += look(advise_on_accuracy(analysis))
+        advice += look(advise_on_unused_features(analysis))
         if wrong is not None:
             advice = [_weigh_by_worlds(each, analysis, wrong) for each in advice]
     return tuple(sorted(advice, key=lambda each: -each.weight))

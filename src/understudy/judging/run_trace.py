@@ -10,8 +10,9 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from io import FileIO
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -23,7 +24,7 @@ from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
 from understudy.sim.view import WorldView
-from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.atomic_write import UNFINISHED, check_file_place, convert_os_errors, sync_folder
 from understudy.storage.json_text import encode_json
 from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
 
@@ -42,6 +43,7 @@ COORDINATOR = "coordinator"
 READING, COMMAND = "reading.", "command."
 """The beginnings of the titles of columns with readings and commands."""
 DIGITS = 6
+WRITING = "writing the trace"
 BETWEEN = " > "
 """The text between the states of a path, outermost first."""
 
@@ -99,11 +101,12 @@ class AgentTick:
 
 
 class TraceWriter:
-    """A writer of a trace that `write_trace` opened."""
+    """A writer of a trace that `write_trace` opened, to a file without a buffer."""
 
-    def __init__(self, file: IO[bytes], header: dict[str, Any]) -> None:
-        self._file, self._encoder = file, msgspec.json.Encoder()
-        self._whole = self._file.write(self._encoder.encode_lines([header]))
+    def __init__(self, file: FileIO, header: dict[str, Any], path: Path) -> None:
+        self._file, self._path, self._encoder = file, path, msgspec.json.Encoder()
+        self._whole = self.ticks = 0
+        self._write([header])
         self.ticks = 0
 
     def add(
@@ -152,15 +155,16 @@ class TraceWriter:
         self._write([{"time_s": round(time_s, DIGITS), **place, **sensed, **commanded}])
 
     def _write(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        data = self._encoder.encode_lines(rows)
-        self._file.write(data)
-        self._file.flush()
-        self._whole += len(data)
+        data = memoryview(self._encoder.encode_lines(rows))
+        size = len(data)
+        with convert_os_errors(self._path, WRITING):
+            while data:  # a disk that gets full takes a part, and refuses the rest
+                data = data[self._file.write(data) :]
+        self._whole += size
         self.ticks += 1
 
     def close(self) -> None:
-        """Flush the trace to disk, and cut off a tick whose writing was interrupted."""
-        self._file.flush()
+        """Put the trace on disk, and cut off a tick whose writing was interrupted."""
         self._file.truncate(self._whole)
         os.fsync(self._file.fileno())
 
@@ -199,7 +203,7 @@ def write_trace(
     the ticks have. However the run ends, the trace has all ticks until then; if there are none, no file is written.
     """
     path = Path(path)
-    parquet = _is_parquet(path)
+    parquet = check_trace_path(path)
     header = {
         "format": "understudy trace",
         "version": VERSION,
@@ -212,15 +216,15 @@ def write_trace(
     }
     titles = {**COLUMNS, **({} if columns is None else columns.list_titles())}
     lines = path.with_name(f".{path.name}.{os.getpid()}{LINES}{UNFINISHED}")
-    with convert_os_errors(path, "writing the trace"):
-        file = lines.open("wb")
+    with convert_os_errors(path, WRITING):
+        file = lines.open("wb", buffering=0)
     try:
         with file:
-            writer = TraceWriter(file, header)
+            writer = TraceWriter(file, header, path)
             try:
                 yield writer
             finally:
-                with convert_os_errors(path, "writing the trace"):
+                with convert_os_errors(path, WRITING):
                     writer.close()
                     if writer.ticks:
                         _finish(lines, path, header, titles=titles if parquet else None)
@@ -228,13 +232,20 @@ def write_trace(
         lines.unlink(missing_ok=True)
 
 
-def _is_parquet(path: Path) -> bool:
+def check_trace_path(path: Path | str) -> bool:
+    """Check that a trace can be written to a file, before a run begins; return whether it is Parquet.
+
+    SettingError is raised if it ends neither in .jsonl nor in .parquet, or if DuckDB is missing for the latter, and
+    FileError if nothing can be written there.
+    """
+    path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in (LINES, PARQUET):
         remedy = f"name a file that ends in {LINES} (to read) or {PARQUET} (for tables)"
         raise SettingError(where="trace", setting=repr(str(path)), problem="is not a trace", remedy=remedy)
     if suffix == PARQUET:
-        import_duckdb(path, where="trace")  # before a run begins
+        import_duckdb(path, where="trace")
+    check_file_place(path, WRITING)
     return suffix == PARQUET
 
 

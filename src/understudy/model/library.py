@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Self, TypeVar
 
-from understudy.errors import DefinitionError, RecursionRefused, UnknownName
+from understudy.errors import DefinitionError, LeftOutOfLibrary, RecursionRefused, UnknownName
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target, format_bound_name
@@ -166,10 +166,13 @@ class Library:
         The features, basic behaviors and targets.
     taught
         Trained automata by name.
+    left_out
+        Why automata of its folder are not among them, by name: they are of another kit.
     """
 
     kit: Kit
     taught: Mapping[str, TrainedAutomaton] = field(default_factory=lambda: MappingProxyType({}))
+    left_out: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
     def __repr__(self) -> str:
         automata, behaviors = len(self.taught), len(self.kit.behaviors)
@@ -236,7 +239,7 @@ class Library:
                 problem="a basic behavior has this name already",
                 remedy="rename the automaton",
             )
-        library = type(self)(self.kit, MappingProxyType({**self.taught, name: taught}))
+        library = replace(self, taught=MappingProxyType({**self.taught, name: taught}))
         library.refuse_recursion(name)
         return library
 
@@ -268,8 +271,7 @@ class Library:
             return self.taught[name].automaton
         if name in self.kit.behaviors:
             return self.kit.behaviors[name]
-        names = [*self.kit.behaviors, *self.taught]
-        raise UnknownName(what="behavior", name=name, where="the library", known=names)
+        raise self._make_unknown("behavior", name, [*self.kit.behaviors, *self.taught])
 
     def automaton(self, name: str) -> Automaton:
         """Return the automaton with the given name.
@@ -290,8 +292,15 @@ class Library:
             If the library has no automaton with this name.
         """
         if name not in self.taught:
-            raise UnknownName(what="automaton", name=name, where="the library", known=list(self.taught))
+            raise self._make_unknown("automaton", name, list(self.taught))
         return self.taught[name].automaton
+
+    def _make_unknown(self, what: str, name: str, names: Sequence[str]) -> UnknownName:
+        """Make the error for a name that is none of the library's, with the reason if that is known."""
+        where, reason = "the library", self.left_out.get(name)
+        if reason is not None:
+            return LeftOutOfLibrary(what=what, name=name, where=where, known=names, reason=reason)
+        return UnknownName(what=what, name=name, where=where, known=names)
 
     def parameters(self, name: str) -> tuple[str, ...]:
         """Return the names of the parameters of a basic behavior or automaton.

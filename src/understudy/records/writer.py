@@ -20,10 +20,12 @@ from understudy.extras import ExtraMissing
 from understudy.records.header import name_metadata
 from understudy.records.message_types import format_type_definition
 from understudy.records.messages import is_known_type
+from understudy.storage.atomic_write import check_file_place
 
 PROFILE, LIBRARY = "ros2", "understudy"
 CHUNK_S = 1.0
 """The longest time until a message is on disk, in s, which is what a killed run loses."""
+REMEDY = "name a file in a folder you may write to"
 MOST_WAITING = 256 * 2**20
 """The largest number of bytes that may wait for a slow disk."""
 
@@ -108,7 +110,10 @@ class RecordingWriter:
             with suppress(OSError, ValueError):
                 self._file.close()
             with suppress(OSError):
-                os.truncate(self._path, self._whole)
+                if self._whole:
+                    os.truncate(self._path, self._whole)
+                else:
+                    self._path.unlink()
 
     def _write_all(self) -> None:
         ended, due_s = False, inf  # when what was added since the last chunk has to be on disk
@@ -161,19 +166,28 @@ class RecordingWriter:
         return int(self._writer.register_channel(topic.topic, "cdr", schema, quality))
 
 
+def check_recording_path(path: Path | str) -> None:
+    """Refuse a file that exists or that cannot be written, with FileError, before a recording begins."""
+    path = Path(path)
+    if path.exists():
+        raise _make_error(path, FileExistsError())
+    check_file_place(path, "recording", remedy=REMEDY)
+
+
 def _opened(path: Path) -> IO[bytes]:
     """Open a new file; refuse to overwrite an existing one."""
     try:
         return path.open("xb")
     except OSError as error:
-        there = isinstance(error, FileExistsError)
-        problem = "is there already" if there else f"cannot be written ({error.strerror or error})"
-        remedy = (
-            "name another file, or move that one away"
-            if there
-            else "name a file in a folder you may write to"
-        )
-        raise FileError(path=path, place="", problem=problem, remedy=remedy) from None
+        raise _make_error(path, error) from None
+
+
+def _make_error(path: Path, error: OSError) -> FileError:
+    if isinstance(error, FileExistsError):
+        problem, remedy = "is there already", "name another file, or move that one away"
+    else:
+        problem, remedy = f"cannot be written ({error.strerror or error})", REMEDY
+    return FileError(path=path, place="", problem=problem, remedy=remedy)
 
 
 def _mcap() -> Any:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from msgspec import UNSET, UnsetType
 
-from understudy.errors import join_names
+from understudy.errors import OtherKit, join_names
 from understudy.model.binding import Binding
 from understudy.model.features import (
     AnyFeature,
@@ -144,19 +144,22 @@ def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: JsonStep
         has = join_names(name for name, feature in kit.features.items() if isinstance(feature, Feature))
         problem = f"the kit has no feature {doc.name!r}; its features are {has}"
         raise source.make_error(
-            (*here, "name"), problem, "open it with the kit it was taught with, or correct the name"
+            (*here, "name"),
+            problem,
+            "open it with the kit it was taught with, or correct the name",
+            OtherKit,
         )
     if _own_sort(of_kit) != doc.sort:
         problem = f"feature {doc.name!r} is stored as one of sort {doc.sort!r}, but in the kit its sort is "
         remedy = "open it with the kit it was taught with, or rename the feature in the kit"
-        raise source.make_error((*here, "sort"), f"{problem}{_own_sort(of_kit)!r}", remedy)
+        raise source.make_error((*here, "sort"), f"{problem}{_own_sort(of_kit)!r}", remedy, OtherKit)
     for what, stored, now in (("kind", str(kind), str(of_kit.kind)), ("unit", doc.unit, of_kit.unit)):
         if stored and stored != now:  # a table of examples tells no unit: that of the kit
             problem = (
                 f"feature {doc.name!r} was taught with {what} {stored!r}, but the kit has it with {now!r}"
             )
             remedy = "open it with the kit it was taught with, or teach it again with this one"
-            raise source.make_error((*here, what), problem, remedy)
+            raise source.make_error((*here, what), problem, remedy, OtherKit)
     return of_kit
 
 

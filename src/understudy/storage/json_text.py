@@ -202,9 +202,11 @@ class Source:
     path: Path | str
     text: str
 
-    def make_error(self, steps: JsonSteps, problem: str, remedy: str) -> FileError:
+    def make_error(
+        self, steps: JsonSteps, problem: str, remedy: str, kind: type[FileError] = FileError
+    ) -> FileError:
         """Make the error for what is at the given keys and indices."""
-        return FileError(path=self.path, place=self.place(steps), problem=problem, remedy=remedy)
+        return kind(path=self.path, place=self.place(steps), problem=problem, remedy=remedy)
 
     def place(self, steps: JsonSteps) -> str:
         """Format keys and indices as a JSON path with its line."""

@@ -14,11 +14,25 @@ import unicodedata
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from types import MappingProxyType
 from unicodedata import normalize
 from urllib.parse import unquote
 
-from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
-from understudy.model.library import Kit, Library, TrainedAutomaton, check_trained_automaton
+from understudy.errors import (
+    DefinitionError,
+    FileError,
+    OtherKit,
+    RecursionRefused,
+    UnderstudyError,
+    UnknownName,
+)
+from understudy.model.library import (
+    Kit,
+    Library,
+    TrainedAutomaton,
+    check_trained_automaton,
+    list_dependencies,
+)
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
 from understudy.storage.document import (
     KIT,
@@ -88,7 +102,7 @@ class LoadedLibrary:
     """The result of reading a library's folder file by file.
 
     `library` has the automata that could be read. `opened` has their documents by name of the automaton, and
-    `problems` the errors of the other files by file name.
+    `problems` the errors of the other files by file name: of those that are damaged, and of automata of another kit.
     """
 
     folder: Path
@@ -100,6 +114,18 @@ class LoadedLibrary:
     def rebuilt(self) -> dict[str, str]:
         """The reasons why transition functions were learned again, by name of the automaton."""
         return {name: each.rebuilt for name, each in self.opened.items() if each.rebuilt is not None}
+
+    def refuse_damaged(self) -> None:
+        """Raise the error of the first damaged file; or of the first left out, if all others need what is left out."""
+        damaged = [each for each in self.problems.values() if not isinstance(each, OtherKit)]
+        is_usable = any(map(self._is_whole, self.opened))
+        for problem in damaged or ([] if is_usable else self.problems.values()):
+            raise problem
+
+    def _is_whole(self, name: str) -> bool:
+        """Return whether an automaton needs none that was left out."""
+        automata = [self.library.automaton(each) for each in list_dependencies(self.library, name)]
+        return all(state.behavior not in self.library.left_out for each in automata for state in each.states)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,18 +153,19 @@ def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> Lo
     Returns
     -------
     LoadedLibrary
-        The library in `library`, and the documents by name in `opened`; `problems` is empty.
+        The library in `library`, and the documents by name in `opened`. Automata of another kit are left out, each
+        with its reason in `library.left_out`; whatever needs one of them is refused with it.
 
     Raises
     ------
     FileError
-        If the folder or a file cannot be read or has invalid content; the error names the file and place.
+        If the folder or a file cannot be read or has invalid content; the error names the file and place. OtherKit if
+        all automata are of another kit.
     RecursionRefused
         If an automaton contains itself.
     """
     loaded = open_each_automaton(folder, kit, learn)
-    for problem in loaded.problems.values():
-        raise problem
+    loaded.refuse_damaged()
     return loaded
 
 
@@ -160,6 +187,10 @@ def open_each_automaton(folder: Path | str, kit: Kit | None, learn: Learn | None
             opened[document.taught.automaton.name] = document
         except UnderstudyError as error:
             problems[path.name] = error
+    left_out = {
+        unquote(Path(name).stem): str(each) for name, each in problems.items() if isinstance(each, OtherKit)
+    }
+    library = replace(library, left_out=MappingProxyType(left_out))
     return LoadedLibrary(Path(folder), library, opened, problems)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
@@ -9,6 +11,7 @@ from typing import Any
 
 from understudy.errors import FileError, SettingError
 from understudy.extras import format_install_command
+from understudy.storage.atomic_write import FULL
 
 LINES, PARQUET = ".jsonl", ".parquet"
 """The endings of files with JSON lines and of Parquet."""
@@ -41,16 +44,26 @@ def convert_to_parquet(
         The key under which metadata is stored; empty for none.
     metadata
         The metadata, as text.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written, as on a full disk.
     """
     spelled = ", ".join(f"{_quote(title)}: {_quote(kind)}" for title, kind in columns.items())
     first = '"' + next(iter(columns)).replace('"', '""') + '"'
     stored = f", KV_METADATA {{{key}: {_quote(metadata)}}}" if key else ""
-    with import_module("duckdb").connect() as database:
-        database.execute(
-            f"COPY (SELECT * FROM read_json({_quote(_escape_pattern(lines))}, format = 'newline_delimited', "
-            f"columns = {{{spelled}}}) WHERE {first} IS NOT NULL) "
-            f"TO {_quote(str(output))} (FORMAT parquet, COMPRESSION zstd{stored})"
-        )
+    duckdb = import_module("duckdb")
+    with duckdb.connect() as database:
+        try:
+            database.execute(
+                f"COPY (SELECT * FROM read_json({_quote(_escape_pattern(lines))}, format = 'newline_delimited', "
+                f"columns = {{{spelled}}}) WHERE {first} IS NOT NULL) "
+                f"TO {_quote(str(output))} (FORMAT parquet, COMPRESSION zstd{stored})"
+            )
+        except duckdb.IOException as error:
+            number = next((each for each in FULL if os.strerror(each) in str(error)), errno.EIO)
+            raise OSError(number, os.strerror(number), str(output)) from error
 
 
 def read_parquet_rows(

@@ -9,6 +9,13 @@ from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
+from understudy.ui.cli import progress_bar
+
+
+@pytest.fixture(autouse=True)
+def no_progress_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write no lines of progress, which a command writes only where the computer is slow."""
+    monkeypatch.setattr(progress_bar, "SILENCE_S", 1e6)
 
 
 @pytest.fixture

@@ -80,7 +80,10 @@ BAD = [  # arguments, what the error says
         "--trace is not used with real robots",
     ),
     (["run", "-l", "{lib}", "--replay", "/none.mcap"], "/none.mcap: there is no such file"),
-    (["run", "-l", "{lib}", "--record", "/nowhere/x.mcap"], "/nowhere/x.mcap: cannot be written"),
+    (
+        ["run", "-l", "{lib}", "--record", "/nowhere/x.mcap"],
+        "/nowhere/x.mcap: recording failed: No such file",
+    ),
     (
         ["run", "--robot", "r.toml", "--replay", "x.mcap"],
         "--robot is not used with --replay",

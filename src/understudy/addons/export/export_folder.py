@@ -17,12 +17,13 @@ from understudy.addons.export.hierarchy import GroundAutomaton, GroundBasic, Hie
 from understudy.addons.export.target_files import ExportJob, FileByHand, TargetFiles, fingerprint_file
 from understudy.errors import FileError
 from understudy.model.value_kinds import Categorical, Toroidal
-from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.atomic_write import UNFINISHED, check_folder_place, convert_os_errors, sync_folder
 from understudy.storage.json_text import format_json
 
 MANIFEST = "manifest.json"
 FORMAT = "understudy export"
 VERSION = 1
+WRITING = "writing the export"
 FORMER = f".former{UNFINISHED}"
 """The ending of the name that an earlier export has while a new one takes its place."""
 
@@ -161,7 +162,7 @@ def write_export(
     """
     folder = Path(folder)
     check_export_folder(folder)
-    with convert_os_errors(folder, "writing the export"):
+    with convert_os_errors(folder, WRITING):
         files = {**files, **_keep_files_by_hand(folder, by_hand or {})}
         folder.parent.mkdir(parents=True, exist_ok=True)
         place = folder.resolve()
@@ -215,11 +216,16 @@ def _keep_files_by_hand(folder: Path, by_hand: Mapping[str, FileByHand]) -> dict
 
 
 def check_export_folder(folder: Path | str) -> None:
-    """Refuse a folder that holds something else than an export, with FileError.
+    """Refuse a folder that holds something else than an export, or that cannot be written, with FileError.
 
     If an earlier replacement of the folder was killed halfway, the earlier export is first put back.
     """
     folder = Path(folder)
+    _refuse_other_files(folder)
+    check_folder_place(folder, WRITING)
+
+
+def _refuse_other_files(folder: Path) -> None:
     with convert_os_errors(folder, "reading the folder of the export"):
         _recover(folder.resolve())
         if not folder.exists():

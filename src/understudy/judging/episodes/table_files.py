@@ -14,10 +14,17 @@ from understudy.errors import FileError, SettingError, join_names
 from understudy.judging.episodes.episode_tables import DataTable
 from understudy.judging.episodes.tick_files import FORMAT
 from understudy.model.data_frames import Cell
-from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder, write_atomically
+from understudy.storage.atomic_write import (
+    UNFINISHED,
+    check_file_place,
+    convert_os_errors,
+    sync_folder,
+    write_atomically,
+)
 from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
 
 CSV = ".csv"
+WRITING, REMEDY = "writing the table", "name a file in a folder that you may write to"
 SUFFIXES = (CSV, LINES, PARQUET)
 DUCKDB_TYPES: dict[type, str] = {float: "DOUBLE", int: "BIGINT", str: "VARCHAR", bool: "BOOLEAN"}
 
@@ -26,7 +33,7 @@ def check_table_path(path: Path | str) -> None:
     """Refuse a file that cannot be written as a table, or is there already, before anything is read.
 
     SettingError is raised for another ending than .csv, .jsonl or .parquet, or if DuckDB is missing for the last, and
-    FileError if the file exists.
+    FileError if the file exists or nothing can be written there.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -38,6 +45,7 @@ def check_table_path(path: Path | str) -> None:
     if path.exists():
         remedy = "name another file, or move that one away"
         raise FileError(path=path, place="", problem="is there already", remedy=remedy)
+    check_file_place(path, WRITING, remedy=REMEDY)
 
 
 def write_table(table: DataTable, path: Path | str) -> None:
@@ -49,7 +57,7 @@ def write_table(table: DataTable, path: Path | str) -> None:
     path = Path(path)
     check_table_path(path)
     suffix = path.suffix.lower()
-    with convert_os_errors(path, "writing the table", remedy="name a file in a folder that you may write to"):
+    with convert_os_errors(path, WRITING, remedy=REMEDY):
         if suffix == CSV:
             write_atomically(path, _format_csv(table).encode())
         elif suffix == LINES:

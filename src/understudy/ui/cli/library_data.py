@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.model.automaton import Automaton
 from understudy.model.describe import convert_to_plain, describe_options, describe_transitions
@@ -33,11 +35,13 @@ find_kit = import_on_call("understudy.ui.cli.named_inputs:find_kit")
 def open_listings(options: LibraryOptions, learn: Learn) -> dict[str, LoadedLibrary]:
     """Open the libraries in a folder file by file, and return them by prefix, as `open_documents` does.
 
-    If a world or a kit is named, it defines the features, and the folders are those that `understudy run` reads there.
+    If a world or a kit is named, it defines the features, and the folders are those that `understudy run` reads there;
+    what is of another kit is reported on stderr.
     """
     if options.world is None and options.kit is None:
         return open_documents(options.library, None, learn)
     found: dict[str, LoadedLibrary] = open_named_libraries(options, learn)
+    report_left_out(found)
     return found
 
 
@@ -51,6 +55,13 @@ def open_documents(folder: Path, kit: Kit | None, learn: Learn) -> dict[str, Loa
     for place in list_sort_folders(folder):
         found[f"{place.name}/"] = open_each_automaton(place, None, learn)
     return found
+
+
+def report_left_out(listings: Mapping[str, LoadedLibrary]) -> None:
+    """Report on stderr which automata were left out because they are of another kit, and why."""
+    for prefix, listing in listings.items():
+        for name, reason in listing.library.left_out.items():
+            typer.echo(f"Note: {prefix}{name} is of another kit, and is left out: {reason}", err=True)
 
 
 def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
@@ -71,7 +82,7 @@ def list_sort_folders(folder: Path) -> list[Path]:
 
 
 def find_listed(listings: Mapping[str, LoadedLibrary], name: str) -> tuple[str, str]:
-    """Find an automaton or broken file named NAME or SORT/NAME; return its library's prefix and its own name.
+    """Find an automaton or unopened file named NAME or SORT/NAME; return its library's prefix and its own name.
 
     Raises UnknownName if there is none, and SettingError if several sorts of agents have one of this name.
     """

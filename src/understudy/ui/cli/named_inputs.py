@@ -26,6 +26,7 @@ from understudy.sim.team.libraries import (
     load_type_libraries,
 )
 from understudy.storage.library_folder import LoadedLibrary, open_library
+from understudy.ui.cli.library_data import report_left_out
 from understudy.ui.cli.options import parse_bindings
 
 KIT_REMEDY = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
@@ -66,8 +67,9 @@ def make_world_kit(world: Scenario | BodyMaker) -> Kit:
 
 
 def open_library_with_notes(library: Path, kit: Kit) -> LoadedLibrary:
-    """Open a library, and report on stderr which transition functions were learned again."""
+    """Open a library; report on stderr what was left out, and which transition functions were learned again."""
     found = open_library(library, kit, learn)
+    report_left_out({"": found})
     for name, reason in found.rebuilt.items():
         if "classifier" not in reason:
             typer.echo(f"Note: {name} was learned again from its examples: {reason}.", err=True)

@@ -15,11 +15,13 @@ from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.records.header import SCENARIO, RunInfo
 from understudy.records.recorder import RunRecorder
+from understudy.records.writer import check_recording_path
 from understudy.runtime.body import Body, Commands, list_reading_keys
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import format_scenario, parse_scenario
 from understudy.sim.team.libraries import Libraries, find_type_folders
 from understudy.sim.world import World
+from understudy.storage.atomic_write import check_file_place
 from understudy.storage.document import fingerprint_automaton
 from understudy.storage.library_folder import list_versions, load_version
 from understudy.ui.cli.named_inputs import (
@@ -43,6 +45,18 @@ if TYPE_CHECKING:
 SUFFIX = ".mcap"
 PICTURES = (".gif", ".png")
 """Endings of files in which a run is drawn."""
+DRAWING = "writing the picture"
+PICTURE_REMEDY = "name a file in a folder that exists and that you may write to"
+
+
+def check_record_place(path: Path | None) -> None:
+    """Refuse a file to which a run cannot be recorded or drawn, before anything is compiled; None is no file."""
+    if path is None:
+        return
+    if is_recording(path):
+        check_recording_path(path)
+    else:
+        check_file_place(path, DRAWING, remedy=PICTURE_REMEDY)
 
 
 @contextmanager

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from understudy.errors import DefinitionError, SettingError, UnderstudyError, UnknownName, join_names
 from understudy.model.library import Kit, Library
 from understudy.runtime.link import link
@@ -94,15 +96,17 @@ def find_misfits(folder: Path, scenario: Scenario) -> dict[str, UnderstudyError]
     return find_problems(folder, listings, scenario)
 
 
-def choose_library_world(folder: Path, world: str | None, kit: str | None) -> str | None:
+def choose_library_world(
+    folder: Path, world: str | None, kit: str | None, name: str | None = None
+) -> str | None:
     """Choose the world that a library is opened for, or None if it needs none.
 
     That is the named one; none if a kit is named, or if the lessons of its recordings say all that its automata use;
-    or else the first built-in scenario that fits.
+    or else the first built-in scenario that fits, or that fits the automaton of a name.
     """
     if world is not None or kit is not None or _needs_recordings_only(folder):
         return world
-    return find_fitting_world(folder)
+    return find_fitting_world(folder, name)
 
 
 def _needs_recordings_only(folder: Path) -> bool:
@@ -115,10 +119,12 @@ def _needs_recordings_only(folder: Path) -> bool:
     )
 
 
-def find_fitting_world(folder: Path) -> str:
+def find_fitting_world(folder: Path, name: str | None = None) -> str:
     """Return the first built-in scenario whose kit has every name that the automata of a folder use.
 
-    Raises the error of a file that is broken in any scenario; otherwise SettingError with the scenarios tried.
+    If there is none, that is the first that has those of the automaton of a name, or else that of most automata; it is
+    reported on stderr. Raises the error of a file that is broken in any scenario; otherwise SettingError with the
+    scenarios tried.
     """
     if not list_documents(folder) and not list_sort_folders(folder):
         remedy = "name a folder with automata, or the scenario they were taught in"
@@ -132,7 +138,16 @@ def find_fitting_world(folder: Path) -> str:
         tried[world] = find_misfits(folder, find_scenario(world))
         if not tried[world]:
             return world
-    nearest = min(tried, key=lambda world: len(tried[world]))
+    nearest = min(tried, key=lambda world: (_misses(tried[world], name), len(tried[world])))
+    total = sum(len(each.opened) for each in open_documents(folder, None, lambda _: {}).values())
+    fitting = total - len(tried[nearest])
+    if str(folder) not in tried[nearest] and (
+        2 * fitting > total if name is None else not _misses(tried[nearest], name)
+    ):
+        typer.echo(
+            f"Note: the world is {nearest}, which fits {fitting} of {total} automata of {folder}.", err=True
+        )
+        return nearest
     wrong = next(iter(tried[nearest].values()))
     raise SettingError(
         where=str(folder),
@@ -141,6 +156,11 @@ def find_fitting_world(folder: Path) -> str:
         f"(the best match is {nearest}: {wrong})",
         remedy="give the scenario, such as --world my-scenario.toml",
     )
+
+
+def _misses(misfits: Mapping[str, UnderstudyError], name: str | None) -> bool:
+    """Return whether an automaton named NAME or SORT/NAME is among those that do not fit; of no name, False."""
+    return name is not None and any(name in (label, label.rpartition("/")[2]) for label in misfits)
 
 
 def find_broken_documents(folder: Path) -> dict[str, UnderstudyError]:

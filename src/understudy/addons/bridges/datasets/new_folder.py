@@ -9,7 +9,17 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from understudy.errors import FileError
-from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.atomic_write import UNFINISHED, check_folder_place, convert_os_errors, sync_folder
+
+WRITING = "writing the data set"
+
+
+def check_new_folder(folder: Path | str) -> None:
+    """Refuse a folder that exists or that cannot be made, with FileError, before what it will hold is read."""
+    folder = Path(folder)
+    if folder.exists() or folder.is_symlink():
+        raise FileError(path=folder, place="", problem="already exists", remedy="name a new folder")
+    check_folder_place(folder, WRITING)
 
 
 @contextmanager
@@ -32,9 +42,8 @@ def create_folder(folder: Path | str) -> Iterator[Path]:
         If something exists at the path, or the file system refuses.
     """
     folder = Path(folder)
-    if folder.exists() or folder.is_symlink():
-        raise FileError(path=folder, place="", problem="already exists", remedy="name a new folder")
-    with convert_os_errors(folder, "writing the data set"):
+    check_new_folder(folder)
+    with convert_os_errors(folder, WRITING):
         folder.parent.mkdir(parents=True, exist_ok=True)
         place = folder.parent.resolve() / folder.name
         unfinished = place.with_name(f".{place.name}.{os.getpid()}{UNFINISHED}")

@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds
+from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
 from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.coaching.advice import WrongDecisions
 from understudy.coaching.lesson_analysis import MetDecision
@@ -195,7 +195,14 @@ def score_behavior(
     UnboundParameter
         If a parameter is not bound to a target.
     """
-    results = [worlds.run(library, behavior, binding, progress=progress) for binding in bindings]
+
+    def run(index: int, binding: Mapping[str, str]) -> NewWorldsResult:
+        def report(done: int, total: int) -> None:
+            progress(index * total + done, len(bindings) * total)
+
+        return worlds.run(library, behavior, binding, progress=report)
+
+    results = [run(index, binding) for index, binding in enumerate(bindings)]
     works = np.logical_and.reduce([each.works for each in results])
     seconds = np.sum([each.seconds for each in results], axis=0)
     mistakes = tuple(mistake for each in results for mistake in each.mistakes)

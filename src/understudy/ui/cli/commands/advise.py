@@ -23,10 +23,11 @@ from understudy.sim.world import World
 from understudy.storage.library_folder import open_each_automaton
 from understudy.training.lesson_design import check_parameter_targets
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.library_data import find_optional_kit
+from understudy.ui.cli.library_data import find_optional_kit, report_left_out
 from understudy.ui.cli.library_options import AdviseOptions
 from understudy.ui.cli.options import parse_bindings
 from understudy.ui.cli.output import make_console
+from understudy.ui.cli.progress_bar import show_progress
 
 if TYPE_CHECKING:
     from understudy.coaching.advice import Advice, WrongDecisions
@@ -47,6 +48,7 @@ def advise(options: AdviseOptions) -> None:
     listing = open_each_automaton(options.library, parts, learn)
     if options.name not in listing.opened and (error := listing.problems.get(f"{options.name}.json")):
         raise error
+    report_left_out({"": listing})
     listing.library.automaton(options.name)
     lesson = listing.opened[options.name].taught.lesson
     if lesson is None:
@@ -61,9 +63,16 @@ def advise(options: AdviseOptions) -> None:
         body, targets = _place(lesson, options.world, options.bind)
         situations = sample_posed_situations(body, lesson.automaton.features, targets)
         wrong = _run_in_new_worlds(
-            lesson, listing.library, body, _list_bindings(lesson, body, targets, options.bind)
+            lesson,
+            listing.library,
+            body,
+            _list_bindings(lesson, body, targets, options.bind),
+            quiet=options.as_json,
         )
-    found = give_advice(lesson, learn(lesson), kit=parts, situations=situations, wrong=wrong)
+    with show_progress("Looks at the lesson", quiet=options.as_json) as report:
+        found = give_advice(
+            lesson, learn(lesson), kit=parts, situations=situations, wrong=wrong, progress=report
+        )
     if options.as_json:
         advice = [_describe(each, lesson) for each in found[: options.most]]
         print_json({"name": options.name, "advice": advice})
@@ -94,7 +103,7 @@ def _list_bindings(
 
 
 def _run_in_new_worlds(
-    lesson: Lesson, library: Library, body: World, bindings: Sequence[Mapping[str, str]]
+    lesson: Lesson, library: Library, body: World, bindings: Sequence[Mapping[str, str]], *, quiet: bool
 ) -> WrongDecisions | None:
     """Run what was learned in new worlds, with each of some targets; None if nothing says where it works."""
     taught = TrainedAutomaton(learn_automaton(lesson), lesson)
@@ -103,7 +112,10 @@ def _run_in_new_worlds(
         return None
     seeds = range(FIRST_SEED, FIRST_SEED + (WORLDS if isinstance(success, str) else WORLDS_BY_GOAL))
     setup, whole = SessionSetup(body.scenario), library.with_automaton(taught)
-    score = score_behavior(whole, taught.automaton.name, NewWorlds(setup, seeds), bindings)
+    with show_progress("Worlds run", quiet=quiet) as report:
+        score = score_behavior(
+            whole, taught.automaton.name, NewWorlds(setup, seeds), bindings, progress=report
+        )
     return find_wrong_decisions(whole, setup, score)
 
 

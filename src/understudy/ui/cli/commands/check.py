@@ -25,7 +25,7 @@ from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries, collect_libraries, load_type_libraries
 from understudy.storage.json_text import select_facts
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.library_data import find_listed, find_optional_kit, open_documents
+from understudy.ui.cli.library_data import find_listed, find_optional_kit, open_documents, report_left_out
 from understudy.ui.cli.library_options import CheckOptions, FailOn
 from understudy.ui.cli.named_inputs import find_optional_scenario
 from understudy.ui.cli.options import WORLD
@@ -72,6 +72,7 @@ def _check(
         listings = open_documents(folder, None, learn)
     else:
         listings = open_all_libraries(folder, scenario or find_scenario(WORLD), parts, learn)
+    report_left_out(listings)
     wanted: dict[str, list[str]] = {}
     for name in names:
         prefix, own = find_listed(listings, name)
@@ -80,8 +81,7 @@ def _check(
         wanted.setdefault(prefix, []).append(own)
     if not names:
         for listing in listings.values():
-            for error in listing.problems.values():
-                raise error
+            listing.refuse_damaged()
         wanted = {prefix: list(listing.library.taught) for prefix, listing in listings.items()}
     libraries = None if scenario is None or parts is None else _collect(scenario, folder, parts, listings)
     squads = {} if scenario is None or libraries is None else _find_squads(scenario, libraries)

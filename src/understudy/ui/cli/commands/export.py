@@ -22,6 +22,7 @@ from understudy.addons.export.export_automaton import (
     fingerprint_automata,
     link_ground,
 )
+from understudy.addons.export.export_folder import check_export_folder
 from understudy.addons.export.exported_trace import (
     ExportedDecision,
     ExportedTick,
@@ -42,7 +43,7 @@ from understudy.sim.kit import list_readings, make_channels
 from understudy.storage.json_text import select_facts
 from understudy.ui.cli.export_options import ExportOptions, ExportWhyOptions
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.library_data import find_automaton
+from understudy.ui.cli.library_data import find_automaton, report_left_out
 from understudy.ui.cli.named_inputs import choose_kit, find_kit, find_optional_scenario
 from understudy.ui.cli.options import parse_bindings
 from understudy.ui.cli.output import format_count, make_console
@@ -66,7 +67,7 @@ def open_library_to_export(
     Without a world, the first built-in scenario that fits is taken, or the kit alone if one is named. The same goes for
     a function that makes a body: it has no scenario.
     """
-    named = choose_library_world(folder, world, kit)
+    named = choose_library_world(folder, world, kit, name)
     where = find_optional_scenario(named)
     library, name = _open_library(folder, name, where, find_kit(kit, named))
     if where is None:
@@ -89,7 +90,7 @@ def open_library_for_robot(
     if where is not None:
         find_robots_file(robot, None, world=world)
     else:
-        where = find_scenario(world or find_fitting_world(folder))
+        where = find_scenario(world or find_fitting_world(folder, name))
     parts = choose_kit(kit, where)
     library, name = _open_library(folder, name, where, parts)
     if _is_for_coordinators(library):
@@ -101,6 +102,7 @@ def open_library_for_robot(
 def _open_library(folder: Path, name: str, where: Scenario | None, parts: Kit) -> tuple[Library, str]:
     listings = open_all_libraries(folder, where, parts, learn)
     listing, name = find_automaton(listings, name)
+    report_left_out(listings)
     return listing.library, name
 
 
@@ -111,6 +113,7 @@ def _is_for_coordinators(library: Library) -> bool:
 def export_behavior(options: ExportOptions) -> None:
     """Export an automaton with everything below it, so that it runs without Understudy and decides the same."""
     name = options.name
+    check_export_folder(options.out)  # before a library is opened, which may have to be learned again
     body: BodyInterface | RobotInterface
     if options.robot is None:
         known, name, body = open_library_to_export(options.library, name, options.world, options.kit)

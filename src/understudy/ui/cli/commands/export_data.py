@@ -10,6 +10,7 @@ from rich.markup import escape
 
 from understudy.addons.bridges.datasets.lerobot import write_lerobot
 from understudy.addons.bridges.datasets.minari import write_minari
+from understudy.addons.bridges.datasets.new_folder import check_new_folder
 from understudy.errors import SettingError
 from understudy.judging.episodes.episode import Episode
 from understudy.judging.episodes.episode_tables import TABLES, DataTable
@@ -59,6 +60,7 @@ def export_dataset(options: ExportDatasetOptions) -> None:
         raise SettingError(
             where="--to", setting=repr(options.to), problem="is unknown", remedy=f"give {LEROBOT} or {MINARI}"
         )
+    check_new_folder(options.out)
     found: list[Episode] = [episode for source in options.sources for episode in read_episodes(source)]
     episodes = found if options.to == LEROBOT else [episode for episode in found if episode.ticks > 1]
     if options.to == LEROBOT:

@@ -14,6 +14,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from understudy.addons.checks.falsification.failing_world import SCENARIO_FILE, FailingWorld
 from understudy.storage.json_text import select_facts
 from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.progress_bar import write_lines
 
 if TYPE_CHECKING:
     from understudy.addons.checks.falsification.falsify import Falsification
@@ -39,11 +40,17 @@ def show_search(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
     """Show the runs so far on stderr while the block runs; yield a function to call with (what, runs, failures)."""
     out = make_console(err=True)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=out, transient=True, disable=quiet or not out.is_terminal) as bar:
-        task = bar.add_task("Starting", total=None)
+    is_shown, line = out.is_terminal and not quiet, "Starting"
+    with (
+        Progress(*columns, console=out, transient=True, disable=not is_shown) as bar,
+        write_lines(lambda: line, quiet=quiet or is_shown),
+    ):
+        task = bar.add_task(line, total=None)
 
         def report(doing: str, runs: int, failed: int) -> None:
-            bar.update(task, description=f"{doing}: {runs} runs, {failed} failed")
+            nonlocal line
+            line = f"{doing}: {runs} runs, {failed} failed"
+            bar.update(task, description=line)
 
         yield report
 

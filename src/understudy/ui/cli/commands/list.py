@@ -30,6 +30,8 @@ def list_automata(options: ListOptions) -> None:
         for prefix, listing in listings.items()
         for name, error in listing.problems.items()
     }
+    left_out = {reason for listing in listings.values() for reason in listing.library.left_out.values()}
+    damaged = [problem for problem in problems.values() if problem not in left_out]
     if options.as_json:
         print_json({"library": str(options.library), "automata": rows, "problems": problems})
     else:
@@ -46,9 +48,9 @@ def list_automata(options: ListOptions) -> None:
             print_table(out, made)
         for note in [] if rows or problems else describe_near_libraries(options.library, "understudy list"):
             out.print(note, markup=False, soft_wrap=True)
-        for problem in problems.values():
+        for problem in damaged:
             make_console(err=True).print(f"[red]Cannot be opened:[/] {escape(problem)}", soft_wrap=True)
-    raise typer.Exit(2 if problems else 0)
+    raise typer.Exit(2 if damaged else 0)
 
 
 def _format_row(row: Mapping[str, Any]) -> tuple[str, ...]:

@@ -20,7 +20,13 @@ from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import SettingError
 from understudy.judging.run_header import trace_entry
-from understudy.judging.run_trace import TraceWriter, add_team_tick, describe_trace_columns, write_trace
+from understudy.judging.run_trace import (
+    TraceWriter,
+    add_team_tick,
+    check_trace_path,
+    describe_trace_columns,
+    write_trace,
+)
 from understudy.sim.catalog import locate_scenario
 from understudy.sim.scenario.schema import Goal, Scenario
 from understudy.sim.team.libraries import make_team
@@ -31,7 +37,15 @@ from understudy.ui.cli.commands.run_body import run_on_body
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.output import make_console
-from understudy.ui.cli.recorded_runs import PICTURES, is_recording, make_run_info, record_team_ticks
+from understudy.ui.cli.recorded_runs import (
+    DRAWING,
+    PICTURE_REMEDY,
+    PICTURES,
+    check_record_place,
+    is_recording,
+    make_run_info,
+    record_team_ticks,
+)
 from understudy.ui.cli.run_options import SimulatedRunOptions
 from understudy.ui.terminal.world_view import describe_followed_robot, fit_arena, render_world
 from understudy.viz.path_png import draw_path_png
@@ -58,6 +72,8 @@ def run_in_scenario(options: SimulatedRunOptions, world: Scenario) -> None:
     """Run a behavior in a simulated world; show it in the terminal, or draw, record or trace it."""
     record = options.record
     _check_record(record)
+    if options.trace is not None:
+        check_trace_path(options.trace)
     running = RunSession.from_options(options, world)
     shown = record is None and not options.as_json and make_console().is_terminal
     with (
@@ -80,7 +96,7 @@ def run_in_scenario(options: SimulatedRunOptions, world: Scenario) -> None:
 
 
 def _check_record(record: Path | None) -> None:
-    """Refuse a file that is neither a picture nor a recording."""
+    """Refuse a file that is neither a picture nor a recording, or that cannot be written."""
     if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion), .png (its path) or .mcap (all readings)"
         raise SettingError(
@@ -89,6 +105,7 @@ def _check_record(record: Path | None) -> None:
             problem="is neither a picture nor a recording",
             remedy=remedy,
         )
+    check_record_place(record)
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,9 +283,7 @@ def _watch(
 
 
 def _draw(frames: list[RunFrame], path: Path, *, title: str, speed: float) -> None:
-    with convert_os_errors(
-        path, "writing the picture", remedy="name a file in a folder that exists and that you may write to"
-    ):
+    with convert_os_errors(path, DRAWING, remedy=PICTURE_REMEDY):
         if path.suffix.lower() == ".gif":
             draw_run_gif(frames, path, speed=speed)
         else:

@@ -25,7 +25,15 @@ from understudy.storage.atomic_write import convert_os_errors
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.output import make_console
-from understudy.ui.cli.recorded_runs import PICTURES, describe_body_run, is_recording, record_ticks
+from understudy.ui.cli.recorded_runs import (
+    DRAWING,
+    PICTURE_REMEDY,
+    PICTURES,
+    check_record_place,
+    describe_body_run,
+    is_recording,
+    record_ticks,
+)
 from understudy.ui.terminal.body_readings import render_body_readings
 from understudy.viz.picture_files import write_picture_gif, write_picture_png
 
@@ -86,6 +94,7 @@ def _check_options(options: SimulatedRunOptions) -> None:
         problem = f"is {str(record)!r}, neither a picture nor a recording"
         remedy = "name a file that ends in .gif (in motion), .png (the last picture) or .mcap (all readings)"
         raise SettingError(where=where, setting="--record", problem=problem, remedy=remedy)
+    check_record_place(record)
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,8 +209,7 @@ def _draw(running: BodyRunSession, options: SimulatedRunOptions) -> None:
         if over:
             break
         running.tick()
-    remedy = "name a file in a folder that exists and that you may write to"
-    with convert_os_errors(options.record, "writing the picture", remedy=remedy):
+    with convert_os_errors(options.record, DRAWING, remedy=PICTURE_REMEDY):
         if moving:
             write_picture_gif(kept.items, options.record, per_s=PICTURES_PER_S)
         else:

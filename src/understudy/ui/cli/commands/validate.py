@@ -19,7 +19,7 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.files import list_builtin_scenarios
 from understudy.storage.library_folder import save_automaton
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.library_data import find_listed
+from understudy.ui.cli.library_data import find_listed, report_left_out
 from understudy.ui.cli.library_options import RebuildOptions, ValidateOptions
 from understudy.ui.cli.named_inputs import find_kit, find_optional_scenario
 from understudy.ui.cli.options import WORLD
@@ -146,9 +146,9 @@ def rebuild(options: RebuildOptions) -> None:
     where = scenario or find_scenario(WORLD)  # a body of one's own has no team
     called = named if scenario is None else scenario.name
     listings = open_all_libraries(options.library, where, find_kit(options.kit, named), learn)
+    report_left_out(listings)
     for listing in listings.values():
-        for error in listing.problems.values():
-            raise error
+        listing.refuse_damaged()
     wanted = ["".join(find_listed(listings, name)) for name in options.names or []]
     rebuilt = {}
     for prefix, listing in listings.items():
