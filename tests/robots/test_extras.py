@@ -26,7 +26,7 @@ CASES = [
     (["run", "--robot", "{robot}"], RECORDING),
     (["run", "--robot", "{robot}", "--no-record"], ROS),
     (["studio", "--robot", "{robot}", "--no-browser"], RECORDING),
-    (["run", "--replay", "{robot}"], RECORDING),
+    (["run", "--replay", "{recording}"], RECORDING),
     (["learn", "--recording", "{recording}"], RECORDING),
     (["robots", "color", "{folder}", "--name", "ball"], "pip install 'understudy-robots[camera]'"),
 ]

@@ -83,8 +83,8 @@ def give_advice(
     """
     analysis, looks = LessonAnalysis(lesson, transitions, situations), count(1)
 
-    def look(found: Iterable[Advice]) -> list[Advice]:
-        listed = list(found)
+    def look(pieces: Iterable[Advice]) -> list[Advice]:
+        listed = list(pieces)
         progress(next(looks), LOOKS)
         return listed
 

@@ -103,8 +103,8 @@ class AgentTick:
 class TraceWriter:
     """A writer of a trace that `write_trace` opened, to a file without a buffer."""
 
-    def __init__(self, file: FileIO, header: dict[str, Any], path: Path) -> None:
-        self._file, self._path, self._encoder = file, path, msgspec.json.Encoder()
+    def __init__(self, file: FileIO, header: dict[str, Any], path: Path | str) -> None:
+        self._file, self._path, self._encoder = file, Path(path), msgspec.json.Encoder()
         self._whole = self.ticks = 0
         self._write([header])
         self.ticks = 0

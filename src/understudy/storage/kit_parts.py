@@ -18,12 +18,8 @@ from understudy.storage.library_schema import KitDoc, KitFeatureDoc
 def encode_kit(kit: Kit) -> KitDoc:
     """Encode a kit whose features are readings and whose behaviors are constant commands.
 
-    Features of the automaton itself are left out, as all automata have them.
-
-    Raises
-    ------
-    DefinitionError
-        If a feature or behavior is a function, which no document can hold.
+    Features of the automaton itself are left out, as all automata have them. DefinitionError is raised if a feature or
+    behavior is a function, which no document can hold.
     """
     for part in (*kit.features.values(), *kit.behaviors.values()):
         if getattr(part, "function", None) is not None or getattr(part, "order", None) is not None:
