@@ -65,6 +65,8 @@ class Kernel(Generic[P, R]):
         self.function: Callable[..., Any] = function
         self.run: Callable[..., Any] = self._choose_and_run
         """The function that a call runs: `run_plain`, a `KernelSwitch`, or compiled code."""
+        self.compiling: Callable[..., Any] | None = None
+        """The function that waits for the compiler, if one was called so. The one that a thread loads does not."""
         self.generalize: Callable[[tuple[Any, ...]], tuple[Any, ...]] = tuple
         """A function that converts arguments to more general types, with the same results; their code may exist
         already."""
@@ -86,9 +88,12 @@ class Kernel(Generic[P, R]):
     def run_long(self, *args: P.args, **no_names: P.kwargs) -> R:
         """Run the kernel for work that would take minutes as plain Python: compiled, once the compiler is through."""
         if read_kernel_mode() == AUTO and not self.is_compiled(*args):
-            from understudy.jit.dispatchers import make_dispatcher
+            if self.compiling is None:
+                from understudy.jit.dispatchers import make_own_dispatcher
 
-            self.run = make_dispatcher(self.function)
+                self.compiling = make_own_dispatcher(self.function)
+            compiled: R = self.compiling(*args)
+            return compiled
         result: R = self.run(*args)
         return result
 

@@ -22,6 +22,11 @@ _scopes: dict[int, dict[str, Any]] = {}
 @cache
 def make_dispatcher(function: Any) -> Any:
     """Make the twin of a kernel: what Numba compiles for the types of its arguments when it is first called so."""
+    return make_own_dispatcher(function)
+
+
+def make_own_dispatcher(function: Any) -> Any:
+    """Make a twin of a kernel that nobody else has, and that no thread may forbid to compile."""
     scope = _find_scope(function.__globals__)
     twin = FunctionType(
         function.__code__, scope, function.__name__, function.__defaults__, function.__closure__
