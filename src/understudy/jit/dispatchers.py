@@ -26,7 +26,7 @@ def make_dispatcher(function: Any) -> Any:
 
 
 def make_own_dispatcher(function: Any) -> Any:
-    """Make a twin of a kernel that nobody else has, and that no thread may forbid to compile."""
+    """Make another twin of a kernel, which no other caller shares: a thread may forbid the shared one to compile."""
     scope = _find_scope(function.__globals__)
     twin = FunctionType(
         function.__code__, scope, function.__name__, function.__defaults__, function.__closure__
