@@ -18,6 +18,8 @@ PAGE = ROOT / "docs" / "experiments.md"
 PICTURES = ROOT / "docs" / "pictures" / "experiments"
 HEAD = """# The experiments
 
+Extra: `pip install 'understudy-robots[cluster]'`, only for jobs of Slurm.
+
 Each experiment answers one question, about a claim of the paper or about something that users ask. Anyone can run them
 again:
 

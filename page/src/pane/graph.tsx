@@ -179,7 +179,7 @@ function NodeView({ node, session, panel, first, level, lit, open }: NodeProps) 
         <Opener node={node} at={{ x: x + width / 2 - BUTTON / 2 - 4, y: top + HEIGHT / 2 }} open={open} />
       )}
       {inner !== null && (
-        <g transform={`translate(${x - inner.width / 2} ${top + HEIGHT})`}>
+        <g class="inner" transform={`translate(${x - inner.width / 2} ${top + HEIGHT})`}>
           {inner.arcs.map((arc) => (
             <ArcView key={arc.id} arc={arc} panel={panel} last={null} of={state.automaton} />
           ))}

@@ -199,8 +199,9 @@ function Result({ learned }: { learned: LearnedDrive }) {
   return (
     <>
       <p>
-        It repeats <b>{(100 * learned.unseen).toFixed(1)} %</b>: {learned.repeats_unseen}. Run over all of the
-        recording, it does as labeled at <b>{(100 * learned.agreement).toFixed(1)} %</b>: {learned.repeats}.
+        It repeats <b>{(100 * learned.unseen).toFixed(1)} %</b>: {learned.repeats_unseen}. Run over the
+        recording, it does as labeled at <b>{(100 * learned.agreement).toFixed(1)} %</b> of all ticks:{" "}
+        {learned.repeats}.
       </p>
       <p class="tiny soft">
         {formatCount(learned.examples, "example")}
