@@ -37,7 +37,7 @@ export class Keyboard {
   /** Whether digits are typed with Shift, as in France and Czechia. */
   shiftsDigits = false;
 
-  /** Ask the browser what the keys type; some tell nobody, and then key events have to show it. */
+  /** Ask the browser what the keys type; where it has no such list, key events show it. */
   async ask(): Promise<void> {
     const { keyboard } = (globalThis.navigator ?? {}) as {
       keyboard?: { getLayoutMap?: () => Promise<ReadonlyMap<string, string>> };

@@ -1,4 +1,4 @@
-/** The name of a key, as on the keyboard of whoever reads it. */
+/** The name of a key, as on the reader's keyboard. */
 
 import { keyboard, placeOf } from "./keyboard";
 import { useNews } from "./news";

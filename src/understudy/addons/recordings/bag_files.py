@@ -24,7 +24,7 @@ from understudy.errors import FileError, UnderstudyError
 SIZES = Struct(">16xH10xI")
 """The size of a page of SQLite, and the number of pages, in the beginning of a file."""
 ZSTANDARD = b"\x28\xb5\x2f\xfd"
-"""How data begins that a recorder compressed by the message."""
+"""The first bytes of a message that was compressed with Zstandard."""
 
 
 def open_sqlite(path: Path | str, omissions: list[str], stack: ExitStack) -> MessageFile:

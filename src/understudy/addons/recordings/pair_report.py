@@ -96,7 +96,7 @@ def take_pairs(
         return drive_lesson, _describe(search, (), search.agreement.repeated)
     grounded = [BoundFeature(each.feature, each.binding.substitute(targets)) for each in search.features]
     again = make(grounded)
-    # Examples are drive_lesson anew, and which of them are in doubt depends on all values.
+    # Examples are made again, since which of them are in doubt depends on the values of all features.
     repeated = measure_agreement(segmentation, again, targets=targets).repeated
     before = search.taken[0].before.repeated
     if repeated <= before:

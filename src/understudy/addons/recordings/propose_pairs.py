@@ -75,7 +75,7 @@ class TakenPairs:
 
 @dataclass(frozen=True, slots=True)
 class PairSearch:
-    """What came of a search for pairs of readings.
+    """The result of a search for pairs of readings.
 
     Parameters
     ----------
