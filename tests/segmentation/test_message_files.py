@@ -15,9 +15,9 @@ import pytest
 from tests.segmentation.test_messages import BEGAN_NS, MAP, make_map
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.errors import FileError
 from understudy.records.messages import encode_message, load_typestore, make_message
+from understudy.records.record import Record
 
 pytest.importorskip("mcap")
 pytest.importorskip("rosbags")
@@ -91,11 +91,11 @@ def write_folder(path: Path, *, compress: str = "", storage: str = "SQLITE3") ->
     return path
 
 
-def read(path: Path, text: str = MAP) -> RecordedDrive:
+def read(path: Path, text: str = MAP) -> Record:
     return read_recorded_drive(path, make_map(path.parent, text))
 
 
-def check_whole(drive: RecordedDrive, count: int = 200) -> None:
+def check_whole(drive: Record, count: int = 200) -> None:
     assert drive.values["range", "ball"].tolist() == [tick / 64 for tick in range(count)]
     np.testing.assert_allclose(np.diff(drive.times), 0.1, atol=1e-6)
 

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.mapping_file import load_recording_map
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.addons.robots.inputs import SensorInputs
 from understudy.addons.robots.robot_file import parse_robot
 from understudy.records.messages import encode_message, make_message
+from understudy.records.record import Record
 
 pytest.importorskip("mcap")
 pytest.importorskip("rosbags")
@@ -258,7 +258,7 @@ def test_recorded_messages_give_the_readings_of_a_robot(
     assert len(drive.times) == 20
 
 
-def check_same(drive: RecordedDrive, live: SensorInputs, expected: Sequence[Mapping[Any, float]]) -> None:
+def check_same(drive: Record, live: SensorInputs, expected: Sequence[Mapping[Any, float]]) -> None:
     assert set(drive.values) == set(expected[0])
     for key, column in drive.values.items():
         np.testing.assert_array_equal(column, [each[key] for each in expected], str(key))

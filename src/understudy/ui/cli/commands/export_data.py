@@ -12,11 +12,11 @@ from understudy.addons.bridges.datasets.lerobot import write_lerobot
 from understudy.addons.bridges.datasets.minari import write_minari
 from understudy.addons.bridges.datasets.new_folder import check_new_folder
 from understudy.errors import SettingError
-from understudy.judging.episodes.episode import Episode
-from understudy.judging.episodes.episode_tables import TABLES, DataTable
-from understudy.judging.episodes.sources import DOCUMENT, TABLE, read_episodes, read_lesson
-from understudy.judging.episodes.table_files import check_table_path, describe_losses, write_table
+from understudy.judging.record_files import DOCUMENT, TABLE, read_lesson, read_records
 from understudy.model.example_frame import list_example_columns
+from understudy.records.record import split_episodes
+from understudy.records.record_tables import TABLES, DataTable
+from understudy.records.table_files import check_table_path, describe_losses, write_table
 from understudy.ui.cli.export_options import ExportDatasetOptions, ExportTableOptions
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import format_count, make_console
@@ -61,7 +61,7 @@ def export_dataset(options: ExportDatasetOptions) -> None:
             where="--to", setting=repr(options.to), problem="is unknown", remedy=f"give {LEROBOT} or {MINARI}"
         )
     check_new_folder(options.out)
-    found: list[Episode] = [episode for source in options.sources for episode in read_episodes(source)]
+    found = split_episodes(record for source in options.sources for record in read_records(source))
     episodes = found if options.to == LEROBOT else [episode for episode in found if episode.ticks > 1]
     if options.to == LEROBOT:
         write_lerobot(episodes, options.out)
@@ -92,4 +92,4 @@ def _make_table(source: Path, table: str | None) -> tuple[str, DataTable]:
             "give --table examples, or name a journal or a run",
         )
         raise SettingError(where="--table", setting=table, problem=problem, remedy=remedy)
-    return table, TABLES[table](read_episodes(source))
+    return table, TABLES[table](read_records(source))
