@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from understudy.addons.bridges.datasets.lerobot import write_lerobot as write_lerobot
+    from understudy.addons.bridges.datasets.lerobot_reader import read_lerobot as read_lerobot
     from understudy.addons.bridges.datasets.minari import write_minari as write_minari
+    from understudy.addons.bridges.datasets.minari_reader import read_minari as read_minari
     from understudy.addons.bridges.environments.gymnasium import GymnasiumBody as GymnasiumBody
     from understudy.addons.bridges.environments.gymnasium import ScenarioEnv as ScenarioEnv
     from understudy.addons.bridges.environments.pettingzoo import PettingZooBody as PettingZooBody
@@ -139,7 +141,9 @@ _MODULES = {
     "read_records": "judging.record_files",
     "read_lesson": "judging.record_files",
     "write_lerobot": "addons.bridges.datasets.lerobot",
+    "read_lerobot": "addons.bridges.datasets.lerobot_reader",
     "write_minari": "addons.bridges.datasets.minari",
+    "read_minari": "addons.bridges.datasets.minari_reader",
     "UnderstudyError": "errors",
     "ExportResult": "addons.export.export_automaton",
     "export_automaton": "addons.export.export_automaton",

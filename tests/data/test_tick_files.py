@@ -15,8 +15,9 @@ from understudy.errors import FileError, SettingError
 from understudy.judging.record_files import read_records
 from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.records.record import Record
+from understudy.records.record_losses import describe_losses
 from understudy.records.record_tables import make_tick_table
-from understudy.records.table_files import describe_losses, is_tick_table, read_tick_records, write_table
+from understudy.records.table_files import is_tick_table, read_tick_records, write_table
 
 KINDS: dict[str, Kind] = {
     "range(ball)": Continuous(),
@@ -96,13 +97,13 @@ def test_a_data_set_of_lerobot_is_read(tmp_path: Path) -> None:
 
 
 def test_what_a_file_cannot_hold_is_said(tmp_path: Path) -> None:
-    table = make_tick_table([make_ticks([(1.0, 0), (2.0, 1), (3.0, 2)])])
-    (said,) = describe_losses(table, "out.csv")
+    records = [make_ticks([(1.0, 0), (2.0, 1), (3.0, 2)])]
+    (said,) = describe_losses(records, "csv")
     assert said.startswith(
-        ".csv has no place for units and kinds of readings, and that reading.bearing(ball) is on a circle"
+        "it has no place for units and kinds of readings, and that bearing(ball) is on a circle"
     )
-    assert describe_losses(table, "out.parquet") == []
-    write_table(table, tmp_path / "out.csv")
+    assert describe_losses(records, "parquet") == []
+    write_table(make_tick_table(records), tmp_path / "out.csv")
     assert "does not say units and kinds" in read_drive(tmp_path / "out.csv").omissions[-1]
 
 

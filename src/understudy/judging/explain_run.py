@@ -158,8 +158,8 @@ def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
     same = all(
         isclose(one, other, rel_tol=0.0, abs_tol=NEAR) for one, other in zip(now, run.pose, strict=True)
     )
-    if not same or (path and BETWEEN.join(path) != run.doing):
-        problem = f"at {run.time_s:g} s robot {run.robot} was to be in {run.doing!r}"
+    if not same or (path and BETWEEN.join(path) != run.format_states()):
+        problem = f"at {run.time_s:g} s robot {run.robot} was to be in {run.format_states()!r}"
         remedy = (
             "its world, its kit or Understudy is another since, so run it again with --trace, and ask that"
         )

@@ -46,9 +46,8 @@ class RecordedTick:
         """Its x and y (m) and heading (rad)."""
         return [float(self.record.pose[name][self.ticks - 1]) for name in POSE]
 
-    @property
-    def doing(self) -> str:
-        """The states of all levels that it is in, outermost first."""
+    def format_states(self) -> str:
+        """Format the states of all levels that it is in, outermost first."""
         return BETWEEN.join(self.record.states[self.ticks - 1])
 
 

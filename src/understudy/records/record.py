@@ -82,7 +82,18 @@ class Episode:
         return slice(self.first, self.end)
 
     def list_runs(self, values: NDArray[np.bool_ | np.int64]) -> list[tuple[int, int]]:
-        """List the runs of ticks in a row with the same value of a column of the record [T]: first tick, and end."""
+        """List the runs of ticks in a row in which a column of the record has the same value.
+
+        Parameters
+        ----------
+        values
+            The column, shape [T].
+
+        Returns
+        -------
+        list
+            The first tick of each run, and the tick after its last one.
+        """
         cuts = self.first + 1 + np.flatnonzero(np.diff(values[self.ticks]))
         return list(pairwise([self.first, *cuts.tolist(), self.end]))
 
@@ -163,23 +174,62 @@ class Record:
         return {format_reading_label(key): column for key, column in self.values.items()}
 
     def find_kind(self, key: ReadingKey) -> Kind:
-        """Return the kind of a reading."""
+        """Return the kind of a reading.
+
+        Parameters
+        ----------
+        key
+            Its name and target.
+
+        Returns
+        -------
+        Kind
+            The kind.
+        """
         return self._find_reading(key).kind
 
     def find_unit(self, key: ReadingKey) -> str:
-        """Return the unit of a reading; empty if it has none, or it is not known."""
+        """Return the unit of a reading.
+
+        Parameters
+        ----------
+        key
+            Its name and target.
+
+        Returns
+        -------
+        str
+            The unit, such as "m"; empty if it has none, or it is not known.
+        """
         return self._find_reading(key).unit
 
     def _find_reading(self, key: ReadingKey) -> Reading:
         return next(each for each in self.readings if each.name == key[0])
 
     def find_commands(self, channel: str) -> Column | None:
-        """Return the commands of a channel, shape [T]; None if they were not recorded."""
+        """Return the commands of a channel.
+
+        Parameters
+        ----------
+        channel
+            Its name.
+
+        Returns
+        -------
+        array, shape [T], or None
+            The commands in the unit of the channel. None: they were not recorded.
+        """
         names = [each.name for each in self.channels]
         return self.commands[:, names.index(channel)] if channel in names else None
 
     def list_presses(self) -> list[RecordedPress]:
-        """List the presses that took effect, without other steps; of several before one tick the last counts."""
+        """List the presses that took effect, without other steps of a session.
+
+        Returns
+        -------
+        list of RecordedPress
+            The presses in order of time; of several before one tick, the last.
+        """
         last = {each.tick: each for each in self.presses if each.does == PRESS and each.tick < self.ticks}
         return list(last.values())
 

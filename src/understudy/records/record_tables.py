@@ -195,6 +195,6 @@ def _join_labels(episodes: Sequence[Record], columns: Sequence[Column | None], k
         for kind in [each.find_kind(key) if key in each.values else None] * each.ticks
     ]
     return [
-        kind.labels[int(value)] if isinstance(kind, Categorical) and isinstance(value, float) else None
+        kind.labels[int(value)] if isinstance(kind, Categorical) and value is not None else None
         for kind, value in zip(kinds, _join(episodes, columns), strict=True)
     ]

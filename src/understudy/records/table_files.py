@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from understudy.errors import FileError, SettingError, join_names
+from understudy.errors import FileError, SettingError
 from understudy.model.data_frames import Cell
 from understudy.model.features import parse_reading_label
 from understudy.model.value_kinds import Categorical, Column, Continuous, Kind, parse_kind
@@ -67,7 +67,7 @@ def write_table(table: DataTable, path: Path | str) -> None:
     """Write a table to a new file that ends in .csv, .jsonl or .parquet.
 
     In CSV an absent value is an empty cell, in JSON lines and Parquet null. Numbers are written in full precision.
-    Kinds and units of readings are metadata of Parquet; the other two have none (`describe_losses`).
+    Kinds and units of readings are metadata of Parquet; the other two have none.
     """
     path = Path(path)
     check_table_path(path)
@@ -79,17 +79,6 @@ def write_table(table: DataTable, path: Path | str) -> None:
             write_atomically(path, _format_lines(table))
         else:
             _write_parquet(table, path)
-
-
-def describe_losses(table: DataTable, path: Path | str) -> list[str]:
-    """Return sentences about what a file cannot hold of a table."""
-    angles = [title for title, each in table.about.items() if each.kind.startswith("toroidal")]
-    if not table.about or Path(path).suffix.lower() == PARQUET:
-        return []
-    circle = (
-        f", and that {join_names(angles)} {'is' if len(angles) == 1 else 'are'} on a circle" if angles else ""
-    )
-    return [f"{Path(path).suffix} has no place for units and kinds of readings{circle}; Parquet has"]
 
 
 def _format_csv(table: DataTable) -> str:

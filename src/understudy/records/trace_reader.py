@@ -75,7 +75,7 @@ def is_trace(path: Path | str) -> bool:
     return True
 
 
-def refuse_trace(path: Path, problem: str, remedy: str) -> FileError:
+def refuse_trace(path: Path | str, problem: str, remedy: str) -> FileError:
     """Make the error that a file is no trace, or one that lacks something."""
     return FileError(path=path, place="", problem=problem, remedy=remedy)
 

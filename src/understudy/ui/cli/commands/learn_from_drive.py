@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rich.markup import escape
 
-from understudy.addons.bridges.datasets.lerobot_reader import is_lerobot, read_lerobot
+from understudy.addons.bridges.datasets.lerobot_reader import is_lerobot
+from understudy.addons.bridges.datasets.minari_reader import is_minari
 from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
@@ -23,11 +24,12 @@ from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.addons.recordings.split_states import split_state
 from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.judging.record_files import is_journal
 from understudy.model.library import Kit, Library, make_lesson_kit
 from understudy.records.join_records import join_records
 from understudy.records.reader import has_own_header, read_recording
 from understudy.records.record import Record
-from understudy.records.table_files import is_tick_table, read_tick_records
+from understudy.records.table_files import is_tick_table
 from understudy.records.trace_reader import is_trace, read_trace_records
 from understudy.training.lesson_design import parse_feature
 from understudy.ui.cli.commands.learn import learn_lesson
@@ -36,7 +38,7 @@ from understudy.ui.cli.named_inputs import find_kit, open_behavior_library
 from understudy.ui.cli.options import WORLD, parse_names, parse_targets
 from understudy.ui.cli.output import format_count, make_console, make_table
 from understudy.ui.cli.progress_bar import show_progress
-from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_scenario
+from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_scenario, read_run
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -182,9 +184,8 @@ def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> Open
         drive, kit = _open_trace(path, asked)
     elif mapping is None and path.suffix.lower() == ".mcap" and has_own_header(path):
         drive, kit = _open_recording(path, asked)
-    elif mapping is None and (is_lerobot(path) or is_tick_table(path)):
-        records = read_lerobot(path) if is_lerobot(path) else read_tick_records(path)
-        drive = choose_agent(records, path, asked.agent)
+    elif mapping is None and _is_ours(path):
+        drive = choose_agent(read_run(path), path, asked.agent)
         is_defined = asked.kit is not None
         kit = find_kit(asked.kit, None) if is_defined else make_drive_kit(drive, {})
     else:
@@ -196,6 +197,13 @@ def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> Open
     if asked.library is not None and asked.library.is_dir():
         return OpenedDrives(drive, open_behavior_library(None, asked.library, kit), is_defined)
     return OpenedDrives(drive, Library(kit), is_defined)
+
+
+def _is_ours(path: Path) -> bool:
+    """Return whether a path is a data set, a table of ticks or a journal, whose columns are known without a mapping."""
+    if path.is_dir():
+        return is_lerobot(path) or is_minari(path)
+    return is_tick_table(path) or (path.is_file() and path.stat().st_size > 0 and is_journal(path))
 
 
 def _open_trace(path: Path, asked: DriveOptions) -> tuple[Record, Kit]:

@@ -90,7 +90,7 @@ def _of_trace(
     header = found.header
     said = reasons(found, where, known)
     return said, WhyData.from_explanation(
-        said, former, header.scenario, header.seed, found.robot, found.doing
+        said, former, header.scenario, header.seed, found.robot, found.format_states()
     )
 
 
