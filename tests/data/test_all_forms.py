@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.make.record_files import WRITERS
-from tests.make.records import make_record
+from tests.make.records import make_record, without_commands
 from tests.ui.cli.commands import run, run_json
 
 from understudy.model.lesson import ExampleKind
@@ -184,3 +184,10 @@ def test_what_a_form_cannot_hold_is_said_when_it_is_written(tmp_path: Path) -> N
 def test_what_a_record_lacks_is_not_said_to_be_lost() -> None:
     bare = make_record(presses=(), seed=None, behavior="", readings={}, commands={}, pose={})
     assert [describe_losses([bare], form) for form in LOSSES] == [[]] * len(LOSSES)
+
+
+@pytest.mark.parametrize("form", ["lerobot", "minari"])
+def test_states_of_a_run_without_commands_are_no_commands(form: str, tmp_path: Path) -> None:
+    (read,) = read_run(WRITERS[form]([without_commands()], tmp_path))
+    assert (read.channels, read.commands.shape) == ((), (3, 0))
+    assert read.states == (("fetch",), ("fetch",), ("deliver",))
