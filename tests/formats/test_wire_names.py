@@ -123,7 +123,7 @@ COMMANDS = {
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
     "export": "",
-    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
+    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --run --json",
     "export dataset": "SOURCE... --to --out -o --json",
     "export table": "SOURCE --out -o --table --json",
     "export why": "TRACE --time -t --library -l --world -w --exported --agent -a --kit --json",
