@@ -73,11 +73,14 @@ MESSAGES = [
     "go_to_property", "heartbeat", "keep_going", "label", "learn", "leave_failure", "let_drive", "list_versions",
     "move_object", "move_obstacle", "move_robot", "new", "new_world", "next_situation", "open", "open_failure",
     "open_library", "open_world", "pause", "pause_drive", "pick_color", "press", "property_choices", "prune",
-    "quarantine", "recall", "redo", "release", "release_control", "remove", "remove_object", "remove_obstacle",
-    "remove_property", "rename", "request_advice", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
+    "quarantine", "read_world_grid", "recall", "redo", "release", "release_control", "remove", "remove_object",
+    "remove_obstacle",
+    "remove_property", "rename", "request_advice", "rerun_failures", "reset", "restart", "restore", "rewind",
+    "run_world_grid", "save",
     "save_property", "save_world", "select_agent", "set_other_agents", "set_query_policy", "set_reaction_time",
     "set_up", "settle", "simplify", "skip", "speed", "split", "steer", "step", "stop", "stop_robot", "take_control",
-    "test", "test_properties", "toggle_mode", "toggle_score", "toggle_watching", "trust", "undo", "why",
+    "test", "test_properties", "toggle_mode", "toggle_score", "toggle_watching", "trust", "undo",
+    "visit_grid_world", "why",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
