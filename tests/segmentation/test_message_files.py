@@ -6,7 +6,7 @@ import gzip
 import json
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -211,103 +211,6 @@ def test_bags_of_ros_1(tmp_path: Path) -> None:
         read(bag)
 
 
-CUTS: list[tuple[str, dict[str, Any], Callable[[bytes], bytes]]] = [
-    ("in a chunk", {}, lambda content: content[: len(content) // 2]),
-    ("in a chunk of LZ4", {"compression": 2}, lambda content: content[: len(content) // 2]),
-    ("without chunks", {"use_chunking": False}, lambda content: content[: len(content) // 2]),
-    ("zeros from there on", {}, lambda content: content[: len(content) // 2] + b"\0" * 999),
-]
-
-
-@pytest.mark.parametrize(("name", "more", "cut"), CUTS, ids=[each[0] for each in CUTS])
-def test_what_comes_before_the_damage_is_read(
-    tmp_path: Path, name: str, more: dict[str, Any], cut: Callable[[bytes], bytes]
-) -> None:
-    from mcap.writer import CompressionType
-
-    if "compression" in more:
-        more = {"compression": CompressionType.LZ4}
-    path = write_mcap(tmp_path / "drive.mcap", list(list_messages()), **more)
-    path.write_bytes(cut(path.read_bytes()))
-    drive = read(path)
-    assert 60 < drive.ticks < 140
-    check_whole(drive, drive.ticks)
-    assert any(
-        "it cannot be read" in each and "what comes before is used" in each for each in drive.omissions
-    )
-
-
-def find_chunks(path: Path) -> list[tuple[int, int]]:
-    """Find the place and the length of each chunk."""
-    from mcap.reader import make_reader
-
-    with path.open("rb") as file:
-        summary = make_reader(file).get_summary()
-    assert summary is not None
-    return [(each.chunk_start_offset, each.chunk_length) for each in summary.chunk_indexes]
-
-
-Spoil = Callable[[int], tuple[int, bytes]]
-"""Says, by the length of a chunk, what is written where in it."""
-DAMAGED_CHUNKS: list[tuple[str, dict[str, Any], Spoil, str]] = [  # the last is what is said
-    ("content", {}, lambda length: (length - 99, b"x" * 50), "a chunk is damaged ("),
-    ("plain content", {"compression": 0}, lambda _: (900, b"x" * 50), "(its checksum is wrong)"),
-    ("checksum", {}, lambda _: (9 + 24, b"\1\2\3\4"), "(its checksum is wrong)"),
-    ("a record", {"compression": 0, "enable_crcs": False}, lambda _: (900, b"\xff" * 200), "a record in it"),
-    ("its length", {}, lambda _: (1, b"\xff" * 8), " cannot be read ("),
-    ("its length, a little", {}, lambda _: (2, b"\x7f"), " cannot be read ("),
-    ("zeros", {}, lambda length: (0, b"\0" * length), ""),
-]
-
-
-@pytest.mark.parametrize(
-    ("name", "more", "spoil", "said"), DAMAGED_CHUNKS, ids=[each[0] for each in DAMAGED_CHUNKS]
-)
-@pytest.mark.parametrize("number", [0, 5])
-def test_a_damaged_chunk_is_skipped(
-    tmp_path: Path, name: str, more: dict[str, Any], spoil: Spoil, said: str, number: int
-) -> None:
-    from mcap.writer import CompressionType
-
-    if "compression" in more:
-        more = more | {"compression": CompressionType.NONE}
-    path = write_mcap(tmp_path / "drive.mcap", list(list_messages()), **more)
-    content, (at, length) = bytearray(path.read_bytes()), find_chunks(path)[number]
-    place, written = spoil(length)
-    content[at + place : at + place + len(written)] = written
-    path.write_bytes(content)
-    drive = read(path)
-    assert 150 < drive.ticks < 200
-    ranges = drive.values["range", "ball"] * 64
-    heard = ~np.isnan(ranges)
-    assert heard.sum() >= drive.ticks - 1  # a chunk may end between a range and its command
-    np.testing.assert_allclose((drive.times[heard] - drive.times[-1]) / 0.1, ranges[heard] - 199, atol=1e-3)
-    (damage,) = (each for each in drive.omissions if "the rest is read" in each)
-    assert said in damage, drive.omissions
-    lost = "29 messages, of 0.0 to 1.4 s" if number == 0 else "40 messages, of 9.4 to 11.3 s"
-    assert "a chunk is damaged" not in damage or "a record in it" in damage or lost in damage
-
-
-def test_a_file_without_its_end_is_read_whole(tmp_path: Path) -> None:
-    path = write_mcap(tmp_path / "drive.mcap", list(list_messages()))
-    path.write_bytes(path.read_bytes()[:-100])
-    drive = read(path)
-    check_whole(drive)
-    assert "after message 400" in drive.omissions[0]
-
-
-def test_sqlite_that_was_cut(tmp_path: Path) -> None:
-    path = next(write_folder(tmp_path / "drive").glob("*.db3"))
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) * 4 // 5])
-    before = path.read_bytes()
-    drive = read(path.parent)
-    assert 50 < drive.ticks < 200
-    check_whole(drive, drive.ticks)
-    assert f"it has {len(before)} of its {len(whole)} bytes" in drive.omissions[0]
-    assert path.read_bytes() == before
-
-
 def test_sqlite_without_definitions(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "drive")
     with sqlite3.connect(next(folder.glob("*.db3"))) as database:
@@ -440,28 +343,3 @@ def test_other_encodings_of_a_reading_are_left_out(tmp_path: Path) -> None:
     assert (
         "topic '/foo': its messages are encoded as protobuf with jsonschema; left out" in drive.omissions[0]
     )
-
-
-DAMAGED = [
-    "UPDATE message_definitions SET topic_type = NULL, encoded_message_definition = NULL",
-    "UPDATE topics SET name = CAST(x'8f' AS TEXT)",
-    "UPDATE topics SET type = NULL",
-    "DROP TABLE topics",
-]
-
-
-@pytest.mark.parametrize("damage", DAMAGED)
-def test_sqlite_with_any_value_in_any_place_is_refused(tmp_path: Path, damage: str) -> None:
-    folder = write_folder(tmp_path / "drive")
-    with sqlite3.connect(next(folder.glob("*.db3"))) as database:
-        if "message_definitions" in damage:
-            database.execute("CREATE TABLE loose AS SELECT * FROM message_definitions")
-            database.execute("DROP TABLE message_definitions")
-            database.execute("ALTER TABLE loose RENAME TO message_definitions")
-        if "topics SET type" in damage:
-            database.execute("CREATE TABLE loose AS SELECT * FROM topics")
-            database.execute("DROP TABLE topics")
-            database.execute("ALTER TABLE loose RENAME TO topics")
-        database.execute(damage)
-    with pytest.raises(FileError, match=r"drive\.db3: it cannot be read"):
-        read(folder)
