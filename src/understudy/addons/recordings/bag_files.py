@@ -76,15 +76,15 @@ def open_sqlite(path: Path | str, omissions: list[str], stack: ExitStack) -> Mes
                 damage = error
             columns = [name for _, name, *_ in database.execute("PRAGMA table_info(messages)")]
         lost = _LostRows(last)
-        for found in salvage_rows(path, columns, topics=numbers, after=last):
-            lost.add(found)
-            opened.first_ns = found.time_ns if opened.first_ns is None else opened.first_ns
-            if found.data is not None:
-                yield RecordedMessage(names[found.topic], found.time_ns, _decompress(found.data))
+        for salvaged in salvage_rows(path, columns, topics=numbers, after=last):
+            lost.add(salvaged)
+            opened.first_ns = salvaged.time_ns if opened.first_ns is None else opened.first_ns
+            if salvaged.data is not None:
+                yield RecordedMessage(names[salvaged.topic], salvaged.time_ns, _decompress(salvaged.data))
         if not lost.found:
             raise damage
-        said = lost.describe(opened.first_ns or 0)
-        omissions.append(f"{opened.path}: it cannot be read in order ({damage}); {said}")
+        counts = lost.describe(opened.first_ns or 0)
+        omissions.append(f"{opened.path}: it cannot be read in order ({damage}); {counts}")
 
     opened.iterate = iterate
     return opened
@@ -108,12 +108,12 @@ class _LostRows:
 
     def describe(self, began_ns: int) -> str:
         """Say how many were found and lost, and up to which times, in seconds since the first message."""
-        found = f"messages found page by page after that: {self.found}"
+        counts = f"messages found page by page after that: {self.found}"
         if not self._lost:
-            return found
+            return counts
         times = [f"{(each - began_ns) * 1e-9:.1f} s" for each in self._times_ns[:MOST_GAPS]]
         more = ", ..." if len(self._times_ns) > MOST_GAPS else ""
-        return f"{found}; messages lost: {self._lost}, before {', '.join(times)}{more}"
+        return f"{counts}; messages lost: {self._lost}, before {', '.join(times)}{more}"
 
 
 def _mend_cut(path: Path, omissions: list[str], stack: ExitStack) -> Path:

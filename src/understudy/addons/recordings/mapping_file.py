@@ -182,7 +182,7 @@ class RecordingMap(StrictStruct, frozen=True, kw_only=True):
         return [*times, *(each.column for each in self.readings), *(each.column for each in self.commands)]
 
 
-class InvalidMapping(FileError, json_type="FileError"):
+class InvalidMapping(FileError, json_type="InvalidMapping"):
     """A value of a mapping that no recording could be read with; `place` is its key, and `path` the recording's."""
 
 

@@ -229,15 +229,15 @@ def _read_chunk(
 
 def _count_indexed(file: IO[bytes]) -> int | None:
     """Count the messages that the indices after a chunk list; None if there are none. The file stays where it is."""
-    place, count, found = file.tell(), 0, False
+    place, count, is_indexed = file.tell(), 0, False
     while len(begin := file.read(RECORD.size)) == RECORD.size:
         code, length = RECORD.unpack(begin)
         if code != INDEX_RECORD or length > MOST_BYTES:
             break
-        found, count = True, count + max(0, length - INDEX_HEAD) // INDEX_ENTRY
+        is_indexed, count = True, count + max(0, length - INDEX_HEAD) // INDEX_ENTRY
         file.seek(length, 1)
     file.seek(place)
-    return count if found else None
+    return count if is_indexed else None
 
 
 def _list_chunk_records(chunk: bytes) -> Iterator[tuple[int, bytes]]:

@@ -48,7 +48,7 @@ class _NoRow(Exception):
 
 
 def salvage_rows(
-    path: Path, columns: Sequence[str], *, topics: Collection[int], after: int
+    path: Path | str, columns: Sequence[str], *, topics: Collection[int], after: int
 ) -> Iterator[SalvagedRow]:
     """Find the rows of the table of messages on all pages of a file, and yield them by their numbers.
 
@@ -68,7 +68,7 @@ def salvage_rows(
     SalvagedRow
         A row all of whose pages are there.
     """
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+    with Path(path).open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
         pages = _Pages(content, columns)
         numbers, cells = pages.list_rows()
         last = after
@@ -76,11 +76,11 @@ def salvage_rows(
             if numbers[row] <= last:
                 continue  # read before, or on a page that was written again elsewhere
             try:
-                found = pages.read_row(cells[row], topics)
+                salvaged = pages.read_row(cells[row], topics)
             except (_NoRow, IndexError, error):
                 continue  # a page of a long message is lost
             last = numbers[row]
-            yield found
+            yield salvaged
 
 
 class _Pages:
