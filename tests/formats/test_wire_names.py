@@ -46,6 +46,7 @@ ERRORS = {  # name, exit code, what it is made of
     "JobFailed": (1, "problem"),
     "KindError": (2, "where problem remedy"),
     "LeftOut": (2, "what name where known reason"),
+    "InvalidMapping": (2, ""),
     "OtherKit": (2, ""),
     "LawBroken": (2, "part law found"),
     "MessageRefused": (2, "type problem"),

@@ -33,6 +33,8 @@ TICKS = 60
 """The number of ticks of a walk."""
 MOST_TICKS = 6000
 """The largest number of ticks of all walks of a file."""
+MOST_QUESTIONS = 10_000_000
+"""About the largest number of questions that all walks ask, so that very deep trees take seconds."""
 MOST_RECORDED = 1500
 """The largest number of ticks from the record of one lesson."""
 SEED = 22
@@ -237,7 +239,8 @@ def make_conformance(
         values = (tuple(map(convert, row)) for row in rows)
         recorder.follow(len(rows), values.__next__, clock.convert_times(times))
     recorded = len(recorder.ticks)
-    enough = min(MOST_TICKS, 20 * TICKS + 10 * len(walker.boundaries))
+    most = min(MOST_TICKS, max(TICKS, MOST_QUESTIONS // max(1, walker.deepest)))
+    enough = min(most, 20 * TICKS + 10 * len(walker.boundaries))
     while len(recorder.ticks) < recorded + enough and recorder.failures < MOST_TICKS:
         recorder.follow(TICKS, lambda: walker.advance(recorder.active))
     return Conformance(

@@ -16,7 +16,7 @@ from understudy.addons.bridges.datasets.minari_reader import is_minari
 from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
-from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map
+from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map, name_mapping_file
 from understudy.addons.recordings.pair_report import PairReport, take_pairs
 from understudy.addons.recordings.propose_behaviors import discover_behaviors, make_constant_candidate
 from understudy.addons.recordings.run_drives import choose_agent
@@ -151,7 +151,8 @@ def make_drive_lesson(drive: SegmentedDrive, asked: DriveOptions, *, driver: str
 def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
     """Read the drives of one driver, and find the library whose behaviors may explain them."""
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
-    opened = [_open(path, asked, mapping) for path in paths]
+    with name_mapping_file(asked.mapping):
+        opened = [_open(path, asked, mapping) for path in paths]
     if len(opened) == 1:
         return opened[0]
     return opened[0]._replace(drive=join_records([each.drive for each in opened]))
