@@ -25,6 +25,8 @@ export type Request =
   | { do: "run_world_grid" }
   /** Read the newest runs in these worlds. */
   | { do: "read_world_grid" }
+  /** Go to where it goes wrong in a world in which it was evaluated, paused, with the targets with which it ran. */
+  | { do: "visit_unseen_world"; seed: Seed }
   /** Go to where it went wrong in one of these worlds, paused, with the targets with which it ran. */
   | { do: "visit_grid_world"; seed: Seed }
   /** Cancel the evaluation in unseen worlds, or drop its result. */

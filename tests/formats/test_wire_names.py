@@ -81,7 +81,7 @@ MESSAGES = [
     "save_property", "save_world", "select_agent", "set_other_agents", "set_query_policy", "set_reaction_time",
     "set_up", "settle", "simplify", "skip", "speed", "split", "steer", "step", "stop", "stop_robot", "take_control",
     "test", "test_properties", "toggle_mode", "toggle_score", "toggle_watching", "trust", "undo",
-    "visit_grid_world", "why",
+    "visit_grid_world", "visit_unseen_world", "why",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's

@@ -151,7 +151,7 @@ function EvaluationView({ evaluation, session }: { evaluation: Evaluation; sessi
             {plain(behavior)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
             {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.
           </p>
-          <FailedWorlds result={result} failed={worlds - result.succeeded} session={session} />
+          <FailedWorlds result={result} failed={worlds - result.succeeded} />
         </>
       )}
     </section>
@@ -163,25 +163,9 @@ function percent([low, high]: readonly [number, number]): string {
   return `${Math.round(100 * low)} to ${Math.round(100 * high)}`;
 }
 
-function FailedWorlds({
-  result,
-  failed,
-  session,
-}: {
-  result: EvaluationResult;
-  failed: number;
-  session: Session;
-}) {
+function FailedWorlds({ result, failed }: { result: EvaluationResult; failed: number }) {
   const studio = useStudio();
   const [listed, more] = useFirst(result.failed, FIRST, (hidden) => `${hidden} more`);
-  /** The world from its beginning, and what is trained decides in it. */
-  const open = async (seed: number): Promise<void> => {
-    if (session.mode === "training") {
-      const { error } = await studio.ask({ do: "toggle_mode" });
-      if (error !== undefined) return;
-    }
-    await studio.ask({ do: "reset", seed });
-  };
   return (
     <>
       {failed > 0 && <p class="failed-count">Failed in {formatCount(failed, "world")}:</p>}
@@ -194,8 +178,8 @@ function FailedWorlds({
             <ControlButton
               class="small"
               aria-label={`Open world ${seed}`}
-              title="Go to this world and let it try; press what is right where it does wrong"
-              onClick={() => void open(seed)}
+              title="Go to where it goes wrong, and press what is right"
+              request={{ do: "visit_unseen_world", seed }}
             >
               Open
             </ControlButton>

@@ -16,6 +16,7 @@ from understudy.addons.checks.falsification.failing_world import FACTS_FILE
 from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.sim.kit import make_scenario_kit
 from understudy.storage.library_folder import save_automaton
+from understudy.training.trainee import Mode
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 
@@ -99,6 +100,17 @@ def test_one_is_opened_corrected_and_ticked_off(person: Page, server: StudioServ
     assert trainer.has_unsaved_changes
     until(person, lambda found: found["stale"])
     assert rerun(person) == MENDED
+
+
+def test_doing_nothing_in_one_teaches_nothing(person: Page, server: StudioServer) -> None:
+    """It opens in Try: what the robot does there is wrong, and who only looks does not agree to it."""
+    person.done("open_failure", name="forage-2")
+    session = server.host.active_trainer.session
+    examples = len(session.examples)
+    assert session.mode is Mode.TESTING
+    for _ in range(120):
+        person.done("step")
+    assert len(session.examples) == examples
 
 
 def test_what_was_corrected_goes_along_to_the_next_one_and_back(person: Page, server: StudioServer) -> None:

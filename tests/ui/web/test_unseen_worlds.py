@@ -297,7 +297,7 @@ def test_an_evaluation_that_is_cancelled_tells_nothing() -> None:
         finally:
             over.set()
 
-    running = UnseenWorldsEvaluation("goto", 1, worlds=2, evaluate=run)
+    running = UnseenWorldsEvaluation("goto", 1, {}, worlds=2, evaluate=run)
     assert began.wait(60)
     running.cancel()
     assert over.wait(60)

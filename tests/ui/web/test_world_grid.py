@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.make.studios import GOTO, Page, open_page, serve_studio
-from tests.ui.web.test_unseen_worlds import teach
+from tests.ui.web.test_unseen_worlds import teach, wait_for_result
 
 from understudy.judging.behavior_run import ProgramRun
 from understudy.judging.robot_paths import PathMonitor
@@ -138,3 +138,22 @@ def test_paths_are_those_that_robots_take() -> None:
     few, short = monitor.list_paths(3)
     assert few == pytest.approx([0.0, 0.5, 1.0])
     assert [len(each) for each in short] == [3, 2]
+
+
+def test_a_world_that_was_evaluated_opens_before_the_mistake(person: Page, server: StudioServer) -> None:
+    """Also where the targets have changed since; what happens there teaches nothing until a press."""
+    assert "nothing was tested" in person.say("visit_unseen_world", seed=1000)["error"]
+    failed = evaluate_until_result(person)["failed"]
+    person.done("bind_targets", targets={"A": "nearest_food"})
+    seed = failed[0]["seed"]
+    person.done("visit_unseen_world", seed=seed)
+    while person.news["seed"] != seed:
+        person.wait_for_news()
+    session = person.news["session"]
+    assert (session["mode"], person.news["paused"], session["targets"]) == ("testing", True, {"A": "station"})
+
+
+def evaluate_until_result(person: Page) -> dict[str, Any]:
+    person.done("evaluate")
+    result: dict[str, Any] = wait_for_result(person)["result"]
+    return result

@@ -185,6 +185,7 @@ class PreparedSession:
         trainer = opened.trainer
         try:
             self.moment.restore_in(trainer.session)
+            trainer.session.test(afresh=False)  # until a press, nothing that happens here teaches
             trainer.note_moved("back")
             trainer.pause()
         except BaseException:

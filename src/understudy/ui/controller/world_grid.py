@@ -106,7 +106,7 @@ class WorldGrid:
             If there are no other worlds, nothing to run, or it is not known what success means.
         """
         session, name = self._trainer.session, self._trainer.name
-        setup = self._get_setup()
+        setup = _find_setup(self._trainer)
         if not self._trainer.score.goal:
             raise SessionError("success is not measured: choose what success means first")
         if not any(example.is_from_press for example in session.examples):
@@ -177,28 +177,31 @@ class WorldGrid:
         if not any(each.seed == seed and not each.works for each in result.worlds):
             raise SessionError(f"{result.name} did not go wrong in a world {seed} of these")
         mistake = result.mistakes.get(seed)
-        session, setup = self._trainer.session, self._get_setup()
-        lesson, library = session.lesson, session.library
+        return begin_search(self._trainer, seed, result.binding) if mistake is None else lambda: mistake
 
-        def find() -> Mistake:
-            if mistake is not None:
-                return mistake
-            taught = TrainedAutomaton(learn_automaton(lesson), lesson)
-            again = NewWorlds(setup, [seed]).run(library.with_automaton(taught), result.name, result.binding)
-            return next(
-                iter(again.mistakes), Mistake(seed, result.binding, 0.0, "it works here as it is now")
-            )
 
-        return find
+def begin_search(trainer: Trainer, seed: int, binding: Mapping[str, str]) -> Callable[[], Mistake]:
+    """Return a function that runs what is in training, as it stands now, in one world, and finds when it goes wrong."""
+    session, setup, name = trainer.session, _find_setup(trainer), trainer.name
+    lesson, library = session.lesson, session.library
 
-    def visit(self, mistake: Mistake) -> StatusMessage:
-        """Go to where it goes wrong, with the targets with which it ran, paused and without learning."""
-        return StatusMessage(f"World {mistake.seed}: {go_to_mistake(self._trainer, mistake)}")
+    def find() -> Mistake:
+        taught = TrainedAutomaton(learn_automaton(lesson), lesson)
+        again = NewWorlds(setup, [seed]).run(library.with_automaton(taught), name, binding)
+        return next(iter(again.mistakes), Mistake(seed, binding, 0.0, "it works here as it is now"))
 
-    def _get_setup(self) -> SessionSetup:
-        setup = SessionSetup.from_session(self._trainer.session)
-        if setup is None:
-            raise SessionError(
-                "there are no other worlds to run it in: watch the robot, and press where it is wrong"
-            )
-        return setup
+    return find
+
+
+def visit(trainer: Trainer, mistake: Mistake) -> StatusMessage:
+    """Go to where it goes wrong, with the targets with which it ran, paused and without learning."""
+    return StatusMessage(f"World {mistake.seed}: {go_to_mistake(trainer, mistake)}")
+
+
+def _find_setup(trainer: Trainer) -> SessionSetup:
+    setup = SessionSetup.from_session(trainer.session)
+    if setup is None:
+        raise SessionError(
+            "there are no other worlds to run it in: watch the robot, and press where it is wrong"
+        )
+    return setup

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from msgspec import field
 
@@ -70,9 +70,17 @@ class UnseenWorldsEvaluation(BackgroundRun[EvaluationResultData]):
     """An evaluation of the automaton in training in unseen worlds, run in a thread of its own."""
 
     def __init__(
-        self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
+        self,
+        called: str,
+        edition: int,
+        binding: Mapping[str, str],
+        *,
+        worlds: int,
+        evaluate: Callable[[Progress], Evaluation],
     ) -> None:
         self.behavior, self.edition, self.worlds = called, edition, worlds
+        self.binding = binding
+        """The targets with which it runs."""
         self._untold = True
         super().__init__(lambda progress: describe_evaluation(evaluate(progress)))
 

@@ -112,6 +112,12 @@ class ReadWorldGrid(Message, frozen=True, kw_only=True, tag="read_world_grid"):
     by_anyone: ClassVar[bool] = True
 
 
+class VisitUnseenWorld(Message, frozen=True, kw_only=True, tag="visit_unseen_world"):
+    """Go to where it goes wrong in a world in which it was evaluated, paused, with the targets with which it ran."""
+
+    seed: Seed
+
+
 class VisitGridWorld(Message, frozen=True, kw_only=True, tag="visit_grid_world"):
     """Go to where it went wrong in one of these worlds, paused, with the targets with which it ran."""
 

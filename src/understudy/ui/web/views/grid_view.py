@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,10 @@ from understudy.addons.checks.falsification.new_worlds import Mistake
 from understudy.errors import SessionError
 from understudy.sim.view import WorldView
 from understudy.ui.controller.status import StatusMessage
-from understudy.ui.controller.world_grid import GridResult, GridWorld
+from understudy.ui.controller.world_grid import GridResult, GridWorld, begin_search, visit
 from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.review import ReadWorldGrid, RunWorldGrid, VisitGridWorld
+from understudy.ui.web.messages.review import ReadWorldGrid, RunWorldGrid, VisitGridWorld, VisitUnseenWorld
 from understudy.ui.web.session_host import SessionHost
 
 CM = 2
@@ -129,16 +130,27 @@ def _list_things(view: WorldView) -> list[GridThingData]:
 
 def visit_grid_world(host: SessionHost, message: VisitGridWorld) -> SlowAction:
     """Go to where it went wrong in one of these worlds."""
-    trainer = host.active_trainer
-    find, mistakes = trainer.world_grid.begin_visit(message.seed), list[Mistake]()
+    find = host.active_trainer.world_grid.begin_visit(message.seed)
+    return make_visit(host, message.seed, find)
+
+
+def visit_unseen_world(host: SessionHost, message: VisitUnseenWorld) -> SlowAction:
+    """Go to where what is in training goes wrong in one of the worlds in which it was evaluated."""
+    if host.evaluation is None:
+        raise SessionError("nothing was tested in other worlds yet")
+    find = begin_search(host.active_trainer, message.seed, host.evaluation.binding)
+    return make_visit(host, message.seed, find)
+
+
+def make_visit(host: SessionHost, seed: int, find: Callable[[], Mistake]) -> SlowAction:
+    """Make the action that finds when it goes wrong in a world, and goes there."""
+    trainer, mistakes = host.active_trainer, list[Mistake]()
 
     def finish() -> StatusMessage:
         if host.trainer is not trainer:
             return StatusMessage(f"{trainer.name} is not in training any more")
-        status = trainer.world_grid.visit(mistakes[0])
+        status = visit(trainer, mistakes[0])
         host.clear_rewind()
         return status
 
-    return SlowAction(
-        StatusMessage(f"Looking at world {message.seed}…"), lambda: mistakes.append(find()), finish
-    )
+    return SlowAction(StatusMessage(f"Looking at world {seed}…"), lambda: mistakes.append(find()), finish)

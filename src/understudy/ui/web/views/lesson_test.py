@@ -164,6 +164,7 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
     host.evaluation = UnseenWorldsEvaluation(
         format_bound_name(name, targets),
         0 if data is None else data.edition,
+        targets,
         worlds=len(seeds),
         evaluate=lambda progress: evaluate(
             library, name, scenario, seeds, binding=targets, goal=goal, progress=progress
