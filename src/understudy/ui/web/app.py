@@ -20,6 +20,7 @@ from understudy.ui.web.actions.camera import make_camera_route
 from understudy.ui.web.export_zip import make_export_route
 from understudy.ui.web.library_zip import make_library_route
 from understudy.ui.web.server import StudioServer
+from understudy.ui.web.sockets import serve_studio
 
 STATIC = Path(__file__).parent / "static"
 NOT_BUILT = "The studio's page is not built: run make page, then load this again.\n"
@@ -56,7 +57,7 @@ def make_app(
         if problem is not None:
             await websocket.close(REFUSED, problem)
             return
-        await studio.serve(websocket)
+        await serve_studio(studio, websocket)
 
     def refusal(request: HTTPConnection) -> str | None:
         return find_connection_problem(request, token, hosts)

@@ -1,16 +1,12 @@
-"""The pages connected to a server: their queues of messages, the exchange, and which of them is in control."""
+"""The pages connected to a server: their queues of messages, and which of them is in control."""
 
 from __future__ import annotations
 
-import asyncio
 from asyncio import Event
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine, Iterator
-from contextlib import suppress
+from collections.abc import Awaitable, Callable, Iterator
 from secrets import token_urlsafe
 from typing import TypeAlias
-
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy.errors import SessionError
 
@@ -166,45 +162,6 @@ class Clients:
                 if self.director is None
                 else "this page is not in control: another page is"
             )
-
-
-async def exchange_messages(
-    client: Client,
-    websocket: WebSocket,
-    hearing: Coroutine[None, None, None],
-    *,
-    leave: Callable[[], None],
-) -> None:
-    """Send a page what is queued for it while its messages are heard, until either ends; then call `leave`."""
-    tasks = [asyncio.create_task(send_queued(client, websocket)), asyncio.create_task(hearing)]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        leave()
-        for task in tasks:
-            task.cancel()
-            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                await task
-
-
-async def close_socket(websocket: WebSocket, code: int = 1000) -> None:
-    """Close the connection of a page, if it is still there."""
-    if websocket.application_state is WebSocketState.CONNECTED:
-        with suppress(RuntimeError, WebSocketDisconnect, OSError):
-            await websocket.close(code)
-
-
-async def send_queued(viewer: Client, websocket: WebSocket) -> None:
-    """Send a page what is queued for it, until it is closed."""
-    while not viewer.closing:
-        await viewer.waits.wait()
-        viewer.waits.clear()
-        while (waiting := viewer.next()) is not None:
-            sent, binary = waiting
-            if binary:
-                await websocket.send_bytes(sent)
-            else:
-                await websocket.send_text(sent.decode())
 
 
 async def repeat_each_frame(step: Callable[[], None], *, clock: Callable[[], float], wait: Wait) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import msgspec
 from msgspec import UNSET, UnsetType
-from starlette.websockets import WebSocket
 
 from understudy import __version__
 from understudy.addons.robots.team_network.team_watch import TeamWatch
@@ -20,15 +19,7 @@ from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.background import SlowAction, SlowActions
-from understudy.ui.web.clients import (
-    PER_SECOND,
-    Client,
-    Clients,
-    Wait,
-    close_socket,
-    exchange_messages,
-    repeat_each_frame,
-)
+from understudy.ui.web.clients import PER_SECOND, Client, Clients, Wait, repeat_each_frame
 from understudy.ui.web.failure_results import FailuresData
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
@@ -153,24 +144,6 @@ class StudioServer:
         self._due_s = 0.0
 
     # Pages
-
-    async def serve(self, websocket: WebSocket) -> None:
-        """Exchange messages with a page until it disconnects."""
-        viewer = self.connect(websocket.query_params.get("key"))
-        hearing = self._hear_all(viewer, websocket)
-        try:
-            await exchange_messages(viewer, websocket, hearing, leave=lambda: self.disconnect(viewer))
-        finally:
-            await close_socket(websocket)
-
-    async def _hear_all(self, viewer: Client, websocket: WebSocket) -> None:
-        while not viewer.closing:
-            received = await websocket.receive()
-            if received["type"] == "websocket.disconnect":
-                return
-            text = received.get("text")
-            self.handle_text(viewer, text if text is not None else received.get("bytes") or b"")
-            await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
 
     def connect(self, key: str | None) -> Client:
         """Register a page that connects, queue the scene, session and frame for it, and return its client."""
