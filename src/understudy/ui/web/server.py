@@ -139,7 +139,7 @@ class StudioServer:
         self._directed: Client | None = None
         self._places = self._list_places()
         self._said, self._said_number = host.status, 0
-        self._slow = SlowActions()
+        self._slow = SlowActions(host.beside.at_once)
         self._left: tuple[str, float] | None = None  # key of the page whose leaving stopped the run, and when
         self._due_s = 0.0
 

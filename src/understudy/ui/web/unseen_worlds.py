@@ -12,6 +12,7 @@ from understudy.judging.evaluation import Evaluation
 from understudy.judging.intervals import interval_of_share
 from understudy.judging.raised_range import describe_raised
 from understudy.judging.rollout import Progress
+from understudy.ui.controller.beside import Beside
 from understudy.ui.controller.keep_going import BetterVersion
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage
@@ -67,14 +68,20 @@ class EvaluationData(Data, frozen=True, kw_only=True):
 
 
 class UnseenWorldsEvaluation(BackgroundRun[EvaluationResultData]):
-    """An evaluation of the automaton in training in unseen worlds, run in a thread of its own."""
+    """An evaluation of the automaton in training in unseen worlds, beside the world on the page."""
 
     def __init__(
-        self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
+        self,
+        called: str,
+        edition: int,
+        *,
+        worlds: int,
+        evaluate: Callable[[Progress], Evaluation],
+        beside: Beside,
     ) -> None:
         self.behavior, self.edition, self.worlds = called, edition, worlds
         self._untold = True
-        super().__init__(lambda progress: describe_evaluation(evaluate(progress)))
+        super().__init__(lambda progress: describe_evaluation(evaluate(progress)), beside)
 
     @property
     def data(self) -> EvaluationData:
