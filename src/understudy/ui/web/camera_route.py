@@ -10,7 +10,7 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from understudy.errors import SessionError, SettingError
-from understudy.ui.web.actions.camera import find_camera
+from understudy.ui.web.actions.camera import find_live_camera
 from understudy.ui.web.session_host import SessionHost
 
 PATH = "/camera/{robot:int}.jpg"
@@ -26,7 +26,7 @@ def make_camera_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
         if problem is not None:
             return PlainTextResponse(problem, status_code=403)
         try:
-            _, camera = find_camera(host, request.path_params["robot"])
+            _, camera = find_live_camera(host, request.path_params["robot"])
         except (SessionError, SettingError) as error:
             return PlainTextResponse(str(error), status_code=404)
         image = await run_in_threadpool(camera.encode_annotated_image)

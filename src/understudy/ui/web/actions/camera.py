@@ -22,7 +22,7 @@ class ColorReply(Data, frozen=True, kw_only=True):
 
 def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
     """Learn a color from clicks, detect it from now on, and write it into the robot's file."""
-    robot, camera = find_camera(host, message.robot)
+    robot, camera = find_live_camera(host, message.robot)
     color = camera.learn_color(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
@@ -32,7 +32,7 @@ def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
     return ColorReply(color=color)
 
 
-def find_camera(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
+def find_live_camera(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
     """Return a real robot and its camera; an error if there is none."""
     if not isinstance(host.world, DigitalTwin):
         raise SessionError("these robots are simulated: their cameras need no calibration")
