@@ -10,6 +10,7 @@ export function ScoreLine() {
   const studio = useStudio();
   const panel = usePanel();
   const { session } = studio;
+  if (!studio.offers.includes("runs")) return null;
   if (session === null || panel.form !== null || session.score.text === "") return null;
   const { text, trend, enabled, running, goal, worse_since } = session.score;
   const fell = trend === "falling";

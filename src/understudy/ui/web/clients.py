@@ -93,10 +93,10 @@ class Client:
 
 
 class Clients:
-    """All connected pages; at most one of them (`director`) is in control."""
+    """All connected pages; at most one of them (`director`) is in control, and none if `closed` says why."""
 
-    def __init__(self, wall: Callable[[], float]) -> None:
-        self._wall = wall
+    def __init__(self, wall: Callable[[], float], closed: str = "") -> None:
+        self._wall, self.closed = wall, closed
         self._here: dict[Client, None] = {}
         self._keys: dict[str, None] = {}
         self.director: Client | None = None
@@ -120,7 +120,7 @@ class Clients:
         self._here[viewer] = self._keys[key] = None
         while len(self._keys) > MOST_KEYS:
             del self._keys[next(iter(self._keys))]
-        if former is None or returned:
+        if (former is None or returned) and not self.closed:
             self.director = viewer
         if former is not None and returned:
             former.close()
@@ -137,10 +137,14 @@ class Clients:
     @property
     def can_be_taken(self) -> bool:
         """Whether a page that asks for control gets it now."""
+        if self.closed:
+            return False
         return self.director is None or self._wall() - self.director.spoke_s >= SILENT_S
 
     def take_control(self, viewer: Client) -> None:
         """Give a page control; SessionError if another page has it and was not silent for long enough."""
+        if self.closed:
+            raise SessionError(self.closed)
         if self.director is not None and self.director is not viewer and not self.can_be_taken:
             silent_s = self._wall() - self.director.spoke_s
             raise SessionError(
@@ -156,6 +160,8 @@ class Clients:
 
     def refuse_others(self, viewer: Client) -> None:
         """Raise SessionError unless a page is in control."""
+        if self.closed:
+            raise SessionError(self.closed)
         if viewer is not self.director:
             raise SessionError(
                 "this page is not in control: take over first"

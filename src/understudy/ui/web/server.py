@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from enum import StrEnum
 
 import msgspec
 from msgspec import UNSET, UnsetType
@@ -46,6 +47,13 @@ RETURN_S = 30.0
 LEFT_ROBOTS = "no page is in control in the studio"
 
 
+class Offer(StrEnum):
+    """What not every place can do beside letting a person teach."""
+
+    RUNS = "runs"
+    """Runs in other worlds beside the one on the page: tests, scores, failing worlds and properties."""
+
+
 class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     """The first message to a page that connects."""
 
@@ -55,6 +63,12 @@ class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     has_control: bool
     exports: list[ExportTargetData]
     """The targets that automata can be exported to."""
+    offers: list[Offer]
+    """What can be done here; the page leaves out the rest."""
+    storage_note: str
+    """Where the library is kept, if that is not in files; else empty."""
+    closed: str
+    """Why no page can take control; empty if one can."""
     scene: SceneData
     team: TeamData | UnsetType = UNSET
     """The running team that is watched, if there is one."""
@@ -117,6 +131,8 @@ class StudioServer:
     """The server of one session host and all connected pages.
 
     `wall` is the clock (s) for message rates and updates; `wait` lets other tasks run until the next frame is due.
+    `storage_note` says where the library is kept, if that is not in files; `closed` says why no page may take control,
+    if none may.
     """
 
     def __init__(
@@ -126,8 +142,11 @@ class StudioServer:
         wall: Callable[[], float] = REAL_TIME,
         wait: Wait = asyncio.sleep,
         watch: TeamWatch | None = None,
+        storage_note: str = "",
+        closed: str = "",
     ) -> None:
-        self.host, self.viewers, self._wall, self._wait = host, Clients(wall), wall, wait
+        self.host, self.viewers, self._wall, self._wait = host, Clients(wall, closed), wall, wait
+        self._storage_note = storage_note
         self._watch = watch
         self._team: TeamData | None = None if watch is None else describe_team(watch)
         self._team_due_s = 0.0
@@ -160,6 +179,9 @@ class StudioServer:
             key=viewer.key,
             has_control=has_control,
             exports=describe_export_targets(),
+            offers=[] if self.host.beside.begin is None else [Offer.RUNS],
+            storage_note=self._storage_note,
+            closed=self.viewers.closed,
             scene=scene,
             team=UNSET if self._team is None else self._team,
         )
