@@ -30,7 +30,7 @@ endif
 # compile again all that it imports.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo studio page protocol test test-rest test-all coverage soak bench experiments docs dist format lock clean moved
+.PHONY: help demo studio page protocol test test-rest test-all coverage soak bench experiments docs page-site dist format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -87,6 +87,10 @@ docs: $(VENV)/.release ## build the documentation site into site/; a warning fai
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --builder html docs site
 	@echo "Open site/index.html"
 
+page-site: $(VENV)/.run ## write the studio as static files into site-studio/, which any web server can serve
+	$(BIN)/python tools/page_site.py site-studio
+	@echo "Serve it: $(BIN)/python -m http.server --directory site-studio"
+
 dist: $(VENV)/.release ## build wheels, pure and with compiled kernels, and sdist into dist/; check and try all
 	rm -rf dist
 	$(BIN)/python -m hatchling build
@@ -112,7 +116,7 @@ lock: ## lock what pyproject.toml asks for, keeping versions that still fit (ARG
 	$(COMPILE) --extra dev --extra release --constraints requirements-dev.lock --output-file requirements-release.lock
 
 clean: ## remove everything that make made here
-	rm -rf $(VENV) build dist site docs/reference/api docs/reference/studies .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis page/node_modules
+	rm -rf $(VENV) build dist site site-studio docs/reference/api docs/reference/studies .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis page/node_modules
 	find src tests -name __pycache__ -prune -exec rm -rf {} +
 
 $(VENV)/.place: $(MOVED)
