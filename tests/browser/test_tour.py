@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 from playwright.sync_api import Page, expect
+from tests.browser.static_studio import both_places
 from tests.browser.studio import Studio
 from tests.browser.teacher import DISTANCE, Teacher
 
@@ -17,6 +18,8 @@ LEAST_S, MOST_S = 0.25, 0.35
 """How late a person presses."""
 WORLDS = 12
 _log = logging.getLogger(__name__)
+
+pytestmark = both_places
 
 
 @pytest.fixture

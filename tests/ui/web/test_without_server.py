@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 SCRIPT = """
-import asyncio, json, os, sys, threading
+import asyncio, json, os, subprocess, sys, threading
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 
@@ -36,6 +36,7 @@ def refuse(*_, **__):
     raise RuntimeError("can't start new thread")
 
 threading.Thread.start = refuse
+subprocess.Popen.__init__ = refuse
 scenario = find_scenario("forage")
 host = SessionHost(scenario, Path(sys.argv[1]), make_scenario_kit(scenario), beside=make_immediate())
 studio = StudioServer(host)
@@ -56,7 +57,11 @@ async def zip_library():
     reply = await library_zip.transfer_library(studio, FileRequest(False, [], no_content()))
     query = [("name", "goto"), ("to", "c99"), ("bind", "A=station")]
     export = await answer_safely(lambda: export_zip.export_as_zip(host, FileRequest(True, query, no_content())))
-    return reply.content[:2].decode(), export.content[:2].decode()
+    async def give():
+        yield reply.content
+    query = [("key", page.key)]
+    taken = await answer_safely(lambda: library_zip.transfer_library(studio, FileRequest(True, query, give())))
+    return reply.content[:2].decode(), export.content[:2].decode(), taken.content.decode()
 
 goto = {"do": "new", "name": "goto", "states": ["forward", "rotate_left", "rotate_right"], "live": True,
         "features": ["distance_to(A)", "angle_to(A)"], "parameters": ["A"],
@@ -84,6 +89,6 @@ def test_teaches_saves_and_exports_without_sockets_processes_and_threads(tmp_pat
     assert evaluated["error"] == "worlds cannot be run beside this one here"
     assert "no folder of failing worlds" in rerun["error"]
     assert result["score"] == "not measured: worlds cannot be run beside this one here"
-    assert result["zips"] == ["PK", "PK"]
+    assert result["zips"] == ["PK", "PK", '{"message":"The zip contains nothing new"}']
     assert result["threads"] == 1
     assert (tmp_path / "library" / "goto.json").is_file()

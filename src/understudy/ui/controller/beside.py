@@ -32,11 +32,14 @@ class Beside:
         Runs actions, several at the same time.
     begin
         Begins a run that may take minutes; None where the world would have to wait for it.
+    has_processes
+        Whether other processes can be started, too.
     """
 
     in_turn: Executor
     at_once: Executor
     begin: Begin | None
+    has_processes: bool = True
 
     def begin_run(self, run: Callable[[], None]) -> None:
         """Begin a run that may take minutes; SessionError where the world would have to wait for it."""
@@ -74,6 +77,6 @@ class ImmediateExecutor(Executor):
 
 
 def make_immediate() -> Beside:
-    """Make what does short work at once, and refuses long runs: for a program without threads."""
+    """Make what does short work at once, and refuses long runs: for a program without threads and processes."""
     executor = ImmediateExecutor()
-    return Beside(executor, executor, None)
+    return Beside(executor, executor, None, has_processes=False)

@@ -6,6 +6,7 @@ Limits apply to the actual content of a zip, whatever its headers claim. Nothing
 from __future__ import annotations
 
 from asyncio import wrap_future
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 from secrets import compare_digest
@@ -17,7 +18,13 @@ from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.atomic_write import convert_os_errors
-from understudy.storage.document import check_apart, decode_document, encode_document, parse_document
+from understudy.storage.document import (
+    check_apart,
+    check_documents,
+    decode_document,
+    encode_document,
+    parse_document,
+)
 from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.file_requests import FileReply, FileRequest, RequestRefused, answer_json
@@ -49,7 +56,11 @@ def zip_library(folder: Path) -> bytes:
     return buffer.getvalue()
 
 
-def unzip_library(data: bytes, kit: Kit) -> Library:
+Check = Callable[[Sequence[tuple[str, bytes]]], None]
+"""A function that raises FileError for the first invalid document of some, each after its name."""
+
+
+def unzip_library(data: bytes, kit: Kit, check: Check = check_apart) -> Library:
     """Return the automata in a zip; FileError for the first file in it that is no document of this kit."""
     library = Library(kit)
     left = MOST_UNPACKED
@@ -68,7 +79,7 @@ def unzip_library(data: bytes, kit: Kit) -> Library:
         problem = f"it cannot be read as a zip: {str(error) or type(error).__name__}"
         raise _wrong("the zip", problem, "give one that is whole and not encrypted") from error
     try:
-        check_apart([(f"{file} in the zip", content) for file, content in contents])
+        check([(f"{file} in the zip", content) for file, content in contents])
     except FileError as error:
         raise FileError(
             path=error.path, place=error.place, problem=error.problem, remedy=f"{error.remedy}; {UNCHANGED}"
@@ -154,7 +165,9 @@ async def _import_zip(studio: StudioServer, request: FileRequest) -> FileReply:
     _refuse_others(studio, request)
     problem = f"the zip is larger than {MOST_PACKED // 2**20} MB: give several smaller ones"
     content = await request.read(MOST_PACKED, problem)
-    library = await wrap_future(studio.host.beside.at_once.submit(unzip_library, content, studio.host.kit))
+    beside = studio.host.beside
+    check = check_apart if beside.has_processes else check_documents
+    library = await wrap_future(beside.at_once.submit(unzip_library, content, studio.host.kit, check))
     _refuse_others(studio, request)  # it took a while
     try:
         sentence = import_automata(studio.host, library, taken)
