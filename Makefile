@@ -84,7 +84,9 @@ experiments: $(VENV)/.dev ## a small part of every published experiment, compare
 	$(BIN)/understudy experiment all --quick $(ARGS)
 
 docs: $(VENV)/.release ## build the documentation site into site/; a warning fails the build
-	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --builder html docs site
+	@try=; if $(BIN)/python tools/page_site.py build/try; then try="--tag try"; elif [ $$? -ne 2 ]; then exit 1; fi; \
+	$(BIN)/sphinx-build $$try --fail-on-warning --keep-going --quiet --builder html docs site && rm -rf site/try && \
+	if [ -n "$$try" ]; then cp -r build/try site/try; else echo "The documents are without Try it now."; fi
 	@echo "Open site/index.html"
 
 page-site: $(VENV)/.run ## write the studio as static files into site-studio/, which any web server can serve
