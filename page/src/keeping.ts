@@ -1,29 +1,14 @@
 /** Files in the storage of this browser: all that changed is written in one transaction, on the disk when that ends. */
 
+import { listChanges, restoreFiles, type FileChunk, type FileSystem, type Mark } from "./filechanges";
+
 const DATABASE = "understudy";
-const FILES = "files";
+const CHUNKS = "chunks";
 const REACHES_DISK: IDBTransactionOptions = { durability: "strict" };
 
-export interface FileRecord {
-  path: string;
-  content: Uint8Array;
-  changed: number;
-}
-
-/** The file system of the worker, as far as files are kept from it. */
-export interface FileSystem {
-  readdir(path: string): string[];
-  stat(path: string): { ino: number; mode: number; size: number; mtime: Date };
-  isDir(mode: number): boolean;
-  readFile(path: string): Uint8Array;
-  writeFile(path: string, content: Uint8Array): void;
-  mkdirTree(path: string): void;
-  utime(path: string, accessed: number, changed: number): void;
-}
-
 export class Keeper {
-  /** Of each file that is kept, what tells whether it has changed since. */
-  private readonly marks = new Map<string, string>();
+  /** The files as they were kept last. */
+  private marks: ReadonlyMap<string, Mark> = new Map();
   /** Only one transaction at a time, so that they end in the order in which files changed. */
   private last: Promise<unknown> = Promise.resolve();
 
@@ -35,19 +20,14 @@ export class Keeper {
 
   static async open(files: FileSystem, root: string): Promise<Keeper> {
     const opening = indexedDB.open(DATABASE, 1);
-    opening.onupgradeneeded = () => opening.result.createObjectStore(FILES, { keyPath: "path" });
+    opening.onupgradeneeded = () => opening.result.createObjectStore(CHUNKS, { keyPath: ["path", "chunk"] });
     return new Keeper(await finish(opening), files, root);
   }
 
   /** Put all files back where they were. */
   async restore(): Promise<void> {
-    const store = this.database.transaction(FILES).objectStore(FILES);
-    for (const { path, content, changed } of await finish(store.getAll() as IDBRequest<FileRecord[]>)) {
-      this.files.mkdirTree(path.slice(0, path.lastIndexOf("/")));
-      this.files.writeFile(path, content);
-      this.files.utime(path, changed, changed);
-      this.marks.set(path, this.mark(path));
-    }
+    const store = this.database.transaction(CHUNKS).objectStore(CHUNKS);
+    this.marks = restoreFiles(this.files, await finish(store.getAll() as IDBRequest<FileChunk[]>));
   }
 
   /** Keep what changed since the last time, and forget what is gone; an error if the storage cannot take it. */
@@ -58,42 +38,17 @@ export class Keeper {
   }
 
   private async write(): Promise<void> {
-    const present = new Set(this.list(this.root));
-    const changed = [...present].filter((path) => this.mark(path) !== this.marks.get(path));
-    const gone = [...this.marks.keys()].filter((path) => !present.has(path));
-    if (changed.length + gone.length === 0) return;
-    const marks = changed.map((path) => [path, this.mark(path)] as const);
-    const writing = this.database.transaction(FILES, "readwrite", REACHES_DISK);
-    const store = writing.objectStore(FILES);
-    for (const path of changed) {
-      const file: FileRecord = {
-        path,
-        content: this.files.readFile(path),
-        changed: this.files.stat(path).mtime.getTime(),
-      };
-      store.put(file);
-    }
-    for (const path of gone) store.delete(path);
+    const { chunks, ends, marks } = listChanges(this.files, this.root, this.marks);
+    if (ends.size === 0) return;
+    const writing = this.database.transaction(CHUNKS, "readwrite", REACHES_DISK);
+    const store = writing.objectStore(CHUNKS);
+    for (const chunk of chunks) store.put(chunk);
+    for (const [path, end] of ends) store.delete(IDBKeyRange.bound([path, end], [path, Infinity]));
     await new Promise<void>((resolve, reject) => {
       writing.oncomplete = () => resolve();
       writing.onabort = () => reject(writing.error ?? new Error("the storage was closed"));
     });
-    for (const [path, mark] of marks) this.marks.set(path, mark);
-    for (const path of gone) this.marks.delete(path);
-  }
-
-  private mark(path: string): string {
-    const { ino, size, mtime } = this.files.stat(path);
-    return `${ino} ${size} ${mtime.getTime()}`;
-  }
-
-  private *list(folder: string): Generator<string> {
-    for (const name of this.files.readdir(folder)) {
-      if (name === "." || name === "..") continue;
-      const path = `${folder}/${name}`;
-      if (this.files.isDir(this.files.stat(path).mode)) yield* this.list(path);
-      else yield path;
-    }
+    this.marks = marks;
   }
 }
 

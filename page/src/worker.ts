@@ -1,6 +1,7 @@
 /** The worker in which the studio runs where there is no server: Python, with the same messages as over a WebSocket. */
 
-import { Keeper, type FileSystem } from "./keeping";
+import type { FileSystem } from "./filechanges";
+import { Keeper } from "./keeping";
 import type { FileRequest, FromWorker, ToWorker } from "./workermessages";
 
 const ROOT = "/kept";

@@ -1,1 +1,0 @@
-import{O as e,W as t}from"./base-B5-Y28pt.js";import{s as n,t as r}from"./page-C-8Nlg6r.js";var i=new n,a=document.getElementById(`app`);a!==null&&t(e(r,{recording:i}),a),i.open();
