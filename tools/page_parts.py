@@ -8,6 +8,7 @@ Emscripten's C library. Emscripten's compiler is not needed.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 import subprocess
@@ -103,7 +104,7 @@ def build_msgspec(lock: Mapping[str, Mapping[str, Any]], python: Path, pyodide: 
 def find_python(version: str) -> Path:
     """Find a CPython of a version, whose headers and compiler of bytecode are used."""
     names = [f"python{version}", sys.executable]
-    if uv := shutil.which("uv"):
+    if uv := shutil.which(os.environ.get("UV", "uv")):
         names.append(_ask([uv, "python", "find", version]))
     names += [str(path) for path in sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python"))]
     for name in filter(None, names):

@@ -43,8 +43,8 @@ MOST_GZIP = 12e6
 def main(target: Path) -> None:
     """Write all files into a folder, in place of what an earlier run wrote."""
     lock = read_lock()
-    python = find_python(str(lock["pyodide"]["python"]))
     pyodide = fetch_pyodide(lock["pyodide"])
+    python = find_python(str(lock["pyodide"]["python"]))
     msgspec = build_msgspec(lock, python, pyodide)
     if not (BUILT / "index.html").is_file():
         raise PartMissing("the page is not built: run make page")
