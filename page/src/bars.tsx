@@ -8,7 +8,7 @@ export function Bars() {
   if (studio.refusal !== null) {
     return (
       <div class="flex bar lost" role="alert">
-        The studio does not let this page in: {studio.refusal}
+        {studio.refusal}
       </div>
     );
   }

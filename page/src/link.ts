@@ -14,7 +14,7 @@ export interface LinkListener {
   setConnected(open: boolean): void;
   /** How far the start of a studio in this page is, in words. */
   note(stage: string): void;
-  /** The server lets this page in no more, and says why. */
+  /** The server lets this page in no more, or there is no studio in this page; a sentence says why. */
   refuse(reason: string): void;
 }
 
@@ -116,7 +116,11 @@ export class Link {
     this.pending.clear();
     this.listener.setConnected(false);
     if (event.code === REFUSED) {
-      this.listener.refuse(event.reason);
+      const problem =
+        this.worker === null
+          ? "The studio does not let this page in"
+          : "The studio cannot run in this browser";
+      this.listener.refuse(`${problem}: ${event.reason}`);
       return;
     }
     setTimeout(() => this.open(), this.wait);

@@ -69,7 +69,7 @@ export class Studio extends FrameReceiver implements LinkListener {
   /** Whether there is a connection; null before there was ever one. */
   linked: boolean | null = null;
   hasControl = false;
-  /** Why the server does not let this page in; null while it does. */
+  /** Why there is no studio for this page; null while there is. */
   refusal: string | null = null;
   notice: Notice = { text: "", tone: "" };
   /** How many there were, to tell one from the next. */

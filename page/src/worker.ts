@@ -23,6 +23,7 @@ from pathlib import Path
 from understudy.ui.web.page_studio import PageStudio
 studio = PageStudio(Path(root), post, keep, world=world, storage_note=storage_note, closed=closed)
 running = asyncio.ensure_future(studio.run())
+running.add_done_callback(lambda task: fail(repr(task.exception())))
 async def fetch(path, sends, query, content):
     pairs = [(str(name), str(value)) for name, value in query.to_py()]
     reply = await studio.fetch(path, sends=sends, query=pairs, content=content.to_bytes())
@@ -65,6 +66,7 @@ async function begin(parts: string, world: string): Promise<void> {
   const locked = holdLock();
   scope.postMessage({ stage: "Loading Python" });
   const app = load(at("understudy.zip"));
+  app.catch(() => undefined); // said where it is awaited
   const { loadPyodide } = (await import(/* @vite-ignore */ at("pyodide.mjs"))) as {
     loadPyodide(options: object): Promise<Python>;
   };
@@ -85,6 +87,7 @@ async function begin(parts: string, world: string): Promise<void> {
     closed,
     post,
     keep: () => keep(keeper),
+    fail: (failed: string) => scope.postMessage({ failed }),
   };
   for (const [name, value] of Object.entries(values)) python.globals.set(name, value);
   python.runPython(BEGIN);

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
+from tests.browser.window import open_page
 
 PRESSES = ("ArrowUp", "ArrowLeft", "ArrowRight")
 
@@ -72,6 +73,14 @@ def test_what_needs_other_worlds_is_left_out(teacher: Teacher) -> None:
     page.get_by_role("tab", name="Library").click()
     expect(page.get_by_text("kept in this browser only")).to_be_visible()
     expect(page.get_by_role("region", name="Properties of the library")).to_have_count(0)
+
+
+def test_what_cannot_be_loaded_is_said(chromium: Browser, studio: Studio) -> None:
+    with open_page(chromium, studio.address) as page:
+        page.route("**/understudy.zip", lambda route: route.fulfill(status=404))
+        page.reload()
+        expect(page.get_by_role("alert")).to_contain_text("The studio cannot run in this browser")
+        expect(page.get_by_role("alert")).to_contain_text("understudy.zip cannot be loaded (404)")
 
 
 def test_the_library_goes_out_and_in_as_a_zip(
