@@ -78,6 +78,7 @@ function readMoment(studio: Studio): Moment {
     seed: status?.seed ?? null,
     distance: read("distance_to"),
     angle: toDegrees(read("angle_to")),
+    works: countWorks(studio),
   };
 }
 
@@ -96,11 +97,7 @@ const NEW_WORLD = ".time-controls [title='The next world']";
 
 function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): TourStep {
   const { session } = studio;
-  if (tour.done)
-    return {
-      text: "It goes there by itself, and you wrote no rule. Save keeps it in the library.",
-      at: ".save-controls button:last-child",
-    };
+  if (tour.done) return concludes(studio);
   if (session === null || !moment.isTaught) {
     if (form)
       return {
@@ -109,6 +106,11 @@ function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): Tour
       };
     return { text: "Begin goto, or open it again, and the tour goes on.", at: ".library-new" };
   }
+  if (tour.step === 5)
+    return {
+      text: "Now let it run in a hundred worlds that nobody showed it, all at once.",
+      at: ".show-grid",
+    };
   if (studio.status?.paused === true)
     return { text: `Paused. Press ${hasKeys() ? "Space" : "▶"} to resume.`, at: ".pause" };
   if (!studio.current) return { text: "A new world.", at: null }; // nothing is known of it yet
@@ -118,6 +120,29 @@ function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): Tour
   if (isThere(moment))
     return { text: "It is there, and has learned from what you pressed. Now another world.", at: NEW_WORLD };
   return corrects(tour, moment, session, studio.motion.last?.time ?? 0);
+}
+
+/** In how many of a hundred worlds it works, 0 where there can be none; null before they are on the page. */
+function countWorks({ offers, worldGrid }: Studio): number | null {
+  if (!offers.includes("runs")) return 0;
+  return worldGrid.open ? (worldGrid.grid?.works ?? null) : null;
+}
+
+/** What to do with a robot that ran in a hundred worlds. */
+function concludes(studio: Studio): TourStep {
+  const { grid, open } = studio.worldGrid;
+  const fails = grid === null ? 0 : grid.worlds.length - grid.works;
+  if (open && fails > 0)
+    return {
+      text: "You wrote no rule. Where it is red, click: you come to where it goes wrong, and one press corrects it.",
+      at: null,
+    };
+  if (!open && studio.status?.paused === true && studio.session?.mode === "testing")
+    return { text: "Press what it should do here. Then let it run in all worlds again.", at: ".show-grid" };
+  return {
+    text: "It goes there by itself, and you wrote no rule. Save keeps it in the library.",
+    at: ".save-controls button:last-child",
+  };
 }
 
 /** What to press where the robot decides by itself: nothing, unless it does something else than it should for a while. */

@@ -9,6 +9,7 @@ import "./style/base.css";
 import "./style/header.css";
 import "./style/side.css";
 import "./style/world.css";
+import "./style/grid.css";
 import "./style/panel.css";
 import "./style/coach.css";
 import "./style/review.css";

@@ -21,6 +21,12 @@ export type Request =
   | { do: "test"; name: NameField }
   /** Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds. */
   | { do: "evaluate"; count?: Index }
+  /** Run what is in training in a hundred new worlds, to be looked at side by side. */
+  | { do: "run_world_grid" }
+  /** Read the newest runs in these worlds. */
+  | { do: "read_world_grid" }
+  /** Go to where it went wrong in one of these worlds, paused, with the targets with which it ran. */
+  | { do: "visit_grid_world"; seed: Seed }
   /** Cancel the evaluation in unseen worlds, or drop its result. */
   | { do: "cancel_evaluation" }
   /**
@@ -229,6 +235,7 @@ export interface Answer
     Partial<ReasonsReply>,
     Partial<LessonTestReply>,
     Partial<SimplifyReply>,
+    Partial<WorldGridReply>,
     Partial<ColorReply>,
     Partial<PropertyMistakeReply>,
     Partial<PropertyChoicesReply> {
@@ -360,6 +367,9 @@ export interface PropertyFields {
 /** At most 1,000 letters. */
 export type ConditionField = string;
 
+/** Whole, at least 0, at most 9,007,199,254,740,991. */
+export type Seed = number;
+
 /** How many examples each leaf of a question must set right for the question to stay. At least 0, at most 1,000,000. */
 export type Pruning = number;
 
@@ -374,9 +384,6 @@ export type Call = string;
 
 /** A simulation speed: a multiple of real time, or as fast as possible. */
 export type SpeedFactor = number | "fastest";
-
-/** Whole, at least 0, at most 9,007,199,254,740,991. */
-export type Seed = number;
 
 /** The target of each parameter. */
 export type Targets = Readonly<Record<NameField, NameField>>;
@@ -437,6 +444,11 @@ export interface LessonTestReply {
 /** A preview of the automaton with fewer splits. */
 export interface SimplifyReply {
   preview: SimplifyPreview;
+}
+
+/** The newest runs. */
+export interface WorldGridReply {
+  grid: WorldGrid;
 }
 
 /** The color that was learned. */
@@ -727,6 +739,21 @@ export interface SimplifyPreview {
   /** The number of examples replayed. */
   examples: number;
   moments: Moments;
+}
+
+/** The runs of what is in training in all worlds. */
+export interface WorldGrid {
+  name: string;
+  width: number;
+  height: number;
+  robot_radius: number;
+  /** When robots were at the places of paths, s. */
+  times: readonly number[];
+  /** The number of worlds in which it works. */
+  works: number;
+  /** What success means, in words. */
+  success: string;
+  worlds: readonly GridWorld[];
 }
 
 /**
@@ -1053,6 +1080,22 @@ export interface Moments {
   changed: number;
 }
 
+/** One of the worlds: where things stand at the start, and where robots went until its run ended. */
+export interface GridWorld {
+  seed: number;
+  works: boolean;
+  /** Whether it was on the page, so that it is new no more. */
+  was_shown: boolean;
+  end_s: number;
+  /** For each robot x, y, x, y and so on at the first of the times, m; the trained one comes first. */
+  paths: readonly (readonly number[])[];
+  things: readonly GridThing[];
+  /** The walls and the edges of obstacles: x, y of one end and of the other, m. */
+  lines: readonly (readonly number[])[];
+  /** The round obstacles: x, y and radius, m. */
+  discs: readonly (readonly number[])[];
+}
+
 /** How a world is shown: as a map, by the pictures that a body of the user's own draws, or by readings alone. */
 export type Drawing = "map" | "none" | "pictures";
 
@@ -1307,6 +1350,14 @@ export interface ResponsibleExample {
   kind: ExampleKind;
   correction: boolean;
   time_s: number | null;
+}
+
+/** A thing in a world at the start: an object of a class of the scene, by its index, and how large it is there. */
+export interface GridThing {
+  kind: number;
+  x: number;
+  y: number;
+  amount: number;
 }
 
 /** Whether an agent is heard, is silent though it is in the network, or is not in it. */

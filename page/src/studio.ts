@@ -6,6 +6,7 @@ import { Live } from "./live";
 import { FeatureHistory } from "./history";
 import { RunHistory } from "./runhistory";
 import { LessonTests } from "./lessontests";
+import { WorldGridRuns } from "./worldgrid";
 import type {
   Answer,
   ExportTarget,
@@ -48,6 +49,7 @@ export class Studio extends FrameReceiver implements LinkListener {
   readonly history = new FeatureHistory();
   readonly runHistory = new RunHistory();
   readonly lessonTests = new LessonTests(this);
+  readonly worldGrid = new WorldGridRuns(this);
   readonly live = new Live(this);
   scene: Scene | null = null;
   status: SessionNews | null = null;

@@ -1,8 +1,13 @@
-/** The first-run tour: five steps, each done by what the person really does; ends with a robot that goes by itself. */
+/**
+ * The first-run tour: six steps, each done by what the person really does; ends with a robot that goes by itself in a
+ * hundred worlds.
+ */
 
 import { News } from "./news";
 
-export const STEPS = ["Begin", "Turn", "Drive", "Once more", "By itself"] as const;
+export const STEPS = ["Begin", "Turn", "Drive", "Once more", "By itself", "Everywhere"] as const;
+/** After so many worlds the tour goes on, also with a robot that still needed a press in each. */
+export const MOST_WORLDS = 6;
 export const NEAR_M = 0.35;
 /** Nearer than this it counts as there. */
 const THERE_M = 1;
@@ -32,6 +37,8 @@ export interface Moment {
   /** Where A is: m and degrees, left of ahead above 0; NaN while it is not seen. */
   distance: number;
   angle: number;
+  /** In how many of a hundred worlds it worked; null before it was seen there. */
+  works: number | null;
 }
 
 interface SavedTour {
@@ -49,6 +56,8 @@ export class Tour {
   private seed: number | null = null;
   /** The present world, and how many presses the lesson had when it began. */
   private world: { seed: number | null; presses: number } | null = null;
+  /** How many worlds there were since the tour began. */
+  private worlds = 0;
 
   /** The time since which the robot is wrong, without being right for PATIENCE_S since, s of the world's time. */
   private wrongSince: number | null = null;
@@ -70,7 +79,7 @@ export class Tour {
 
   /** Take it up: from the beginning, or where it was left. */
   begin(restart: boolean): void {
-    if (restart) this.step = 0;
+    if (restart) this.step = this.worlds = 0;
     this.active = true;
     this.keep();
   }
@@ -108,13 +117,16 @@ export class Tour {
 
   private finishes(moment: Moment): boolean {
     const { isTaught, seed, presses, angle } = moment;
+    if (this.world?.seed !== seed) this.worlds += 1;
     if (this.world === null || this.world.seed !== seed || presses < this.world.presses)
       this.world = { seed, presses };
     if (this.step === 0 || !isTaught) return isTaught && this.step === 0;
     const stopped = isThere(moment);
     if (this.step === 1) return stopped || (presses > 0 && Math.abs(angle) < TURNED_DEG);
     if (this.step === 2) return stopped;
-    return stopped && !this.same(moment) && (this.step === 3 || this.alone(moment));
+    if (this.step === 5) return moment.works !== null;
+    const isEnough = this.step === 3 || this.alone(moment) || this.worlds >= MOST_WORLDS;
+    return stopped && !this.same(moment) && isEnough;
   }
 
   private keep(): void {

@@ -34,7 +34,7 @@ export function Welcome() {
       </ControlButton>
       {shows && (
         <ControlButton
-          title="A tour of five steps: a robot that goes to a place by itself"
+          title="A tour of six steps: a robot that goes to a place by itself"
           onClick={() => {
             tour.begin(true);
             panel.choose("new");

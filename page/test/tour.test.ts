@@ -14,6 +14,7 @@ const FIRST: Moment = {
   seed: 0,
   distance: 5,
   angle: 60,
+  works: null,
 };
 
 // what changes, and how many steps are done then
@@ -35,6 +36,8 @@ const WAY: [Partial<Moment>, number][] = [
   [{ stopped: true, distance: 3 }, 4], // it stopped too early
   [{ stopped: false, presses: 2 }, 4], // a press was undone
   [{ stopped: true, distance: 0.3 }, 5],
+  [{ seed: 4 }, 5], // it was not seen in a hundred worlds yet
+  [{ works: 97 }, 6],
 ];
 
 test("each step is done by what the person does", () => {
@@ -47,7 +50,7 @@ test("each step is done by what the person does", () => {
     expect(tour.step, JSON.stringify(change)).toBe(done);
   }
   expect(tour.done).toBe(true);
-  expect(STEPS).toHaveLength(5);
+  expect(STEPS).toHaveLength(6);
 });
 
 test("a robot that decides by itself is helped after half a second", () => {
@@ -109,4 +112,24 @@ test.each([
   [NaN, NaN, "up", null],
 ] as const)("%s m, %s degrees, while %s: %s", (distance, angle, now, wished) => {
   expect(chooseDirection({ ...FIRST, distance, angle }, now)).toBe(wished);
+});
+
+test("after six worlds the tour goes on, though the robot needed a press in each", () => {
+  const tour = new Tour(store());
+  tour.begin(true);
+  let moment: Moment = { ...FIRST, isTaught: true };
+  const see = (change: Partial<Moment>): number => {
+    moment = { ...moment, ...change };
+    tour.see(moment);
+    return tour.step;
+  };
+  see({});
+  see({ presses: 1, angle: 0 });
+  expect(see({ stopped: true, distance: 0.2 })).toBe(3);
+  const steps = [1, 2, 3, 4, 5].map((seed) => {
+    see({ seed, stopped: false });
+    see({ presses: moment.presses + 1 });
+    return see({ stopped: true });
+  });
+  expect(steps).toEqual([4, 4, 4, 4, 5]);
 });

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from understudy.addons.bridges.datasets.lerobot import write_lerobot as write_lerobot
+    from understudy.addons.bridges.datasets.lerobot_reader import read_lerobot as read_lerobot
     from understudy.addons.bridges.datasets.minari import write_minari as write_minari
+    from understudy.addons.bridges.datasets.minari_reader import read_minari as read_minari
     from understudy.addons.bridges.environments.gymnasium import GymnasiumBody as GymnasiumBody
     from understudy.addons.bridges.environments.gymnasium import ScenarioEnv as ScenarioEnv
     from understudy.addons.bridges.environments.pettingzoo import PettingZooBody as PettingZooBody
@@ -33,21 +35,16 @@ if TYPE_CHECKING:
     from understudy.addons.recordings.lesson_from_drive import to_lesson as to_lesson
     from understudy.addons.recordings.mapping_file import RecordingMap as RecordingMap
     from understudy.addons.recordings.mapping_file import load_recording_map as load_recording_map
-    from understudy.addons.recordings.recorded_drive import RecordedDrive as RecordedDrive
     from understudy.addons.recordings.segment import Segmentation as Segmentation
     from understudy.addons.recordings.segment import SegmentOptions as SegmentOptions
     from understudy.addons.recordings.segment import segment as segment
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.judging.comparison import Comparison as Comparison
     from understudy.judging.comparison import compare as compare
-    from understudy.judging.episodes.episode import Episode as Episode
-    from understudy.judging.episodes.episode import EpisodePress as EpisodePress
-    from understudy.judging.episodes.episode_tables import EpisodeFrames as EpisodeFrames
-    from understudy.judging.episodes.episode_tables import make_episode_frames as make_episode_frames
-    from understudy.judging.episodes.sources import read_episodes as read_episodes
-    from understudy.judging.episodes.sources import read_lesson as read_lesson
     from understudy.judging.evaluate import evaluate as evaluate
     from understudy.judging.evaluation import Evaluation as Evaluation
+    from understudy.judging.record_files import read_lesson as read_lesson
+    from understudy.judging.record_files import read_records as read_records
     from understudy.judging.world_run import WorldRun as WorldRun
     from understudy.learning.explain import Explanation as Explanation
     from understudy.learning.explain import explain as explain
@@ -96,6 +93,11 @@ if TYPE_CHECKING:
     from understudy.model.value_kinds import Categorical as Categorical
     from understudy.model.value_kinds import Continuous as Continuous
     from understudy.model.value_kinds import Toroidal as Toroidal
+    from understudy.records.record import Episode as Episode
+    from understudy.records.record import Record as Record
+    from understudy.records.record import RecordedPress as RecordedPress
+    from understudy.records.record_tables import EpisodeFrames as EpisodeFrames
+    from understudy.records.record_tables import make_episode_frames as make_episode_frames
     from understudy.runtime.body import Body as Body
     from understudy.runtime.body import Channel as Channel
     from understudy.runtime.body import Reading as Reading
@@ -136,14 +138,12 @@ _MODULES = {
     "Evaluation": "judging.evaluation",
     "evaluate": "judging.evaluate",
     "WorldRun": "judging.world_run",
-    "Episode": "judging.episodes.episode",
-    "EpisodePress": "judging.episodes.episode",
-    "read_episodes": "judging.episodes.sources",
-    "read_lesson": "judging.episodes.sources",
-    "EpisodeFrames": "judging.episodes.episode_tables",
-    "make_episode_frames": "judging.episodes.episode_tables",
+    "read_records": "judging.record_files",
+    "read_lesson": "judging.record_files",
     "write_lerobot": "addons.bridges.datasets.lerobot",
+    "read_lerobot": "addons.bridges.datasets.lerobot_reader",
     "write_minari": "addons.bridges.datasets.minari",
+    "read_minari": "addons.bridges.datasets.minari_reader",
     "UnderstudyError": "errors",
     "ExportResult": "addons.export.export_automaton",
     "export_automaton": "addons.export.export_automaton",
@@ -204,6 +204,11 @@ _MODULES = {
     "Run": "runtime.run_loop",
     "CoordinatorBody": "runtime.team.coordinator_body",
     "Team": "runtime.team.team",
+    "Episode": "records.record",
+    "Record": "records.record",
+    "RecordedPress": "records.record",
+    "EpisodeFrames": "records.record_tables",
+    "make_episode_frames": "records.record_tables",
     "CommandModel": "addons.recordings.candidates",
     "make_candidates": "addons.recordings.drive_kit",
     "make_drive_kit": "addons.recordings.drive_kit",
@@ -216,7 +221,6 @@ _MODULES = {
     "to_lesson": "addons.recordings.lesson_from_drive",
     "RecordingMap": "addons.recordings.mapping_file",
     "load_recording_map": "addons.recordings.mapping_file",
-    "RecordedDrive": "addons.recordings.recorded_drive",
     "Segmentation": "addons.recordings.segment",
     "SegmentOptions": "addons.recordings.segment",
     "segment": "addons.recordings.segment",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,13 @@ import submitit
 from submitit.helpers import DelayedSubmission
 from tests.analysis.own_bodies import LIBRARY, Carts, divide_by_seed, make_cart_but_the_third, measure_way
 
-from understudy.judging import evaluation_jobs
+from understudy.judging import evaluation_jobs, process_pool
 from understudy.judging.evaluate import evaluate, make_evaluation_task
 from understudy.judging.evaluation import Evaluation
 from understudy.judging.evaluation_jobs import EvaluationJob, divide
 from understudy.judging.evaluation_task import EvaluationFailed
 from understudy.judging.rollout import skip_progress
+from understudy.sim.catalog import find_scenario
 
 SEEDS = range(6)
 OPTIONS: dict[str, Any] = {
@@ -42,8 +44,7 @@ def assert_same(found: Evaluation, expected: Evaluation) -> None:
 
 @pytest.mark.long
 def test_two_processes_find_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluation_jobs, "TRIAL_S", 0.0)
-    monkeypatch.setattr(evaluation_jobs, "STARTUP_S", -1.0)
+    monkeypatch.setattr(process_pool, "STARTUP_S", -1.0)
     calls = list[tuple[int, int]]()
     expected = evaluate_carts()
     assert 0 < expected.success < 1
@@ -53,19 +54,41 @@ def test_two_processes_find_what_one_does(monkeypatch: pytest.MonkeyPatch) -> No
     assert calls == [(done, 6) for done in range(7)]
 
 
-SHARED = [  # seconds of the first worlds and of each other one, worlds, jobs, cores; processes, worlds here
-    (0.5, 0.02, 200, 8, 8, 1, 200),  # short: no process is started
-    (3.0, 0.02, 200, 8, 8, 1, 200),  # kernels are loaded at first: no sign that the work is long
-    (0.5, 1.0, 200, 8, 4, 4, 4),  # long: no more processes than cores
-    (0.5, 1.0, 200, 2, 8, 2, 4),
-    (0.5, 1.0, 200, 8, 1, 1, 200),  # a single core
-    (0.5, 1.0, 5, 8, 8, 1, 5),
+SIDE_BY_SIDE, ONE_BY_ONE = True, False
+SHARED = [  # sort; seconds to load, of a part, of a world; worlds, jobs, cores; processes, worlds here
+    (ONE_BY_ONE, 0.5, 0.0, 0.02, 200, 8, 8, 1, 200),  # short: no process is started
+    (
+        ONE_BY_ONE,
+        3.0,
+        0.0,
+        0.02,
+        200,
+        8,
+        8,
+        1,
+        200,
+    ),  # kernels are loaded at first: no sign that the work is long
+    (ONE_BY_ONE, 0.5, 0.0, 1.0, 200, 8, 4, 4, 2),  # long: no more processes than cores
+    (ONE_BY_ONE, 0.5, 0.0, 1.0, 200, 2, 8, 2, 2),
+    (ONE_BY_ONE, 0.5, 0.0, 1.0, 200, 8, 1, 1, 200),  # a single core
+    (ONE_BY_ONE, 0.5, 0.0, 1.0, 5, 8, 8, 1, 5),
+    (ONE_BY_ONE, 0.5, 0.0, 1.0, 1, 8, 8, 1, 1),
+    (SIDE_BY_SIDE, 1.0, 0.15, 0.002, 200, 8, 8, 1, 200),  # one takes 0.152 s, all take 0.55 s
+    (SIDE_BY_SIDE, 4.0, 0.6, 0.008, 200, 8, 8, 1, 200),  # the same on a slow machine
+    (SIDE_BY_SIDE, 1.0, 0.9, 0.0, 200, 8, 8, 1, 200),
+    (SIDE_BY_SIDE, 1.0, 0.15, 0.1, 200, 8, 8, 8, 10),  # two worlds, and then eight together
+    (SIDE_BY_SIDE, 1.0, 0.0, 9.0, 200, 8, 8, 8, 4),  # two worlds, and then two together
+    (SIDE_BY_SIDE, 1.0, 0.0, 9.0, 3, 8, 8, 1, 3),
 ]
 
 
-@pytest.mark.parametrize(("first_s", "each_s", "worlds", "jobs", "cores", "processes", "here"), SHARED)
+@pytest.mark.parametrize(
+    ("sort", "load_s", "part_s", "each_s", "worlds", "jobs", "cores", "processes", "here"), SHARED
+)
 def test_processes_are_started_only_where_they_save_time(
-    first_s: float,
+    sort: bool,
+    load_s: float,
+    part_s: float,
     each_s: float,
     worlds: int,
     jobs: int,
@@ -74,28 +97,35 @@ def test_processes_are_started_only_where_they_save_time(
     here: int,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    now_s, most, ran_here = 0.0, 0, 0
+    now_s, most, ran = 0.0, 1, list[int]()
+    carts = make_evaluation_task(LIBRARY, "approach", Carts, limit_s=0.5)
+
+    def run_part(job: EvaluationJob) -> Evaluation:
+        nonlocal now_s
+        now_s += part_s + each_s * len(job.seeds) + (0.0 if ran else load_s)
+        ran.append(len(job.seeds) if most == 1 else 0)
+        return carts.run(job.seeds, skip_progress)
 
     def run_at_once(
-        calls: list[EvaluationJob], *, jobs: int
+        calls: Iterable[Callable[[], Any]], *, jobs: int
     ) -> Generator[tuple[int, Future[Any]], None, None]:
-        nonlocal now_s, most, ran_here
-        most = max(most, jobs)
+        nonlocal most
+        most = jobs
         for number, call in enumerate(calls):
-            now_s += first_s if not ran_here else each_s * len(call.seeds)
-            ran_here += len(call.seeds) if jobs == 1 else 0
             future = Future[Any]()
             future.set_result(call())
             yield number, future
 
-    monkeypatch.setattr(evaluation_jobs, "run_calls", run_at_once)
-    monkeypatch.setattr(evaluation_jobs, "count_cores", lambda: cores)
-    task = make_evaluation_task(LIBRARY, "approach", Carts, limit_s=0.5)
+    monkeypatch.setattr(EvaluationJob, "__call__", run_part)
+    monkeypatch.setattr(process_pool, "run_calls", run_at_once)
+    for module in (process_pool, evaluation_jobs):
+        monkeypatch.setattr(module, "count_cores", lambda: cores)
+    task = replace(carts, world=find_scenario("forage")) if sort is SIDE_BY_SIDE else carts
     found = evaluation_jobs.run_in_jobs(
         task, range(worlds), jobs=jobs, executor=None, progress=skip_progress, clock=lambda: now_s
     )
     assert found.seeds == tuple(range(worlds))
-    assert (most, ran_here) == (processes, here)
+    assert (most, sum(ran)) == (processes, here)
 
 
 @pytest.mark.parametrize("jobs", [1, 4, 20])

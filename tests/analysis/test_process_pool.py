@@ -6,7 +6,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
 from functools import partial
 from math import sqrt
 from pathlib import Path
@@ -14,7 +15,8 @@ from pathlib import Path
 import pytest
 from tests.processes import end_with_tests
 
-from understudy.judging.process_pool import run_calls
+from understudy.judging import process_pool
+from understudy.judging.process_pool import run_calls, share_calls
 
 KILLED = """
 import os, signal
@@ -62,3 +64,49 @@ def test_a_call_is_taken_when_a_process_will_be_free(jobs: int, begun: int) -> N
 
     for ended, _ in enumerate(run_calls(list_calls(), jobs=jobs)):
         assert ended < taken <= min(10, ended + begun)
+
+
+LEFT = [  # what each of six calls leaves to do, s, itself included; jobs, cores; the calls in processes
+    ((0.0, 3.0, 2.0, 1.0, 0.5, 0.2), 8, 8, 0),
+    ((0.0, 60.0, 50.0, 40.0, 30.0, 20.0), 8, 8, 5),
+    ((0.0, 4.0, 3.0, 30.0, 20.0, 10.0), 2, 8, 3),  # a slow sort of calls comes late
+    (
+        (0.0, 7.9, 6.0, 5.0, 3.0, 2.0),
+        2,
+        8,
+        0,
+    ),  # two processes save half of it, which is less than their start
+    ((0.0, 8.1, 6.0, 5.0, 3.0, 2.0), 2, 8, 5),
+    ((0.0, 60.0, 50.0, 40.0, 30.0, 20.0), 8, 1, 0),
+    ((0.0, 60.0, 50.0, 40.0, 30.0, 20.0), 1, 8, 0),
+]
+
+
+@pytest.mark.parametrize(("left_s", "jobs", "cores", "shared"), LEFT)
+def test_calls_run_here_while_what_is_left_is_short(
+    left_s: tuple[float, ...], jobs: int, cores: int, shared: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent = list[int]()
+
+    def run_elsewhere(
+        calls: Iterable[Callable[[], float]], *, jobs: int
+    ) -> Iterator[tuple[int, Future[float]]]:
+        sent.append(jobs)
+        yield from run_calls(calls, jobs=1)
+        sent.extend([jobs] * (shared - 1))
+
+    monkeypatch.setattr(process_pool, "run_calls", run_elsewhere)
+    monkeypatch.setattr(process_pool, "count_cores", lambda: cores)
+    estimates, asked, seen = iter(left_s), list[int](), list[tuple[int, float]]()
+
+    def estimate_left_s() -> float:
+        asked.append(len(seen))
+        return next(estimates)
+
+    calls = [partial(sqrt, number * number) for number in range(6)]
+    for number, future in share_calls(calls, jobs=jobs, estimate_left_s=estimate_left_s):
+        seen.append((number, future.result()))
+    assert seen == [(number, number) for number in range(6)]
+    assert sent == [min(jobs, cores)] * shared
+    assert asked == list(range(len(asked)))  # each time after all results before were seen
+    assert len(asked) == 6 - max(0, shared - 1)

@@ -15,7 +15,7 @@ import pytest
 from tests.make.run_frames import make_crossing
 
 from understudy.errors import FileError, SettingError
-from understudy.judging.run_trace import COLUMNS, write_trace
+from understudy.records.trace_writer import COLUMNS, TraceWriter, write_trace
 from understudy.sim.view import RunFrame
 
 ABOUT: dict[str, Any] = {"scenario": "crossing", "seed": 7, "tick_s": 0.1, "robots": 3}
@@ -26,11 +26,15 @@ def paths(frame: RunFrame) -> list[tuple[str, ...]]:
     return [("cross", name) for name in frame.doing[:-1]] + [()]
 
 
+def add(trace: TraceWriter, frame: RunFrame, doing: list[tuple[str, ...]] | None = None) -> None:
+    trace.add(frame.view.time_s, frame.view.pose, paths(frame) if doing is None else doing)
+
+
 def record(path: Path, ticks: int) -> list[RunFrame]:
     frames = make_crossing(ticks)
     with write_trace(path, **ABOUT) as trace:
         for frame in frames:
-            trace.add(frame.view, paths(frame))
+            add(trace, frame)
     return frames
 
 
@@ -50,7 +54,7 @@ def test_while_it_runs_what_was_there_stays_and_every_tick_is_on_disk(tmp_path: 
     path = tmp_path / "run.jsonl"
     path.write_text("former")
     with write_trace(path, **ABOUT) as trace:
-        trace.add(make_crossing(1)[0].view, [("a",)] * 3)
+        add(trace, make_crossing(1)[0], [("a",)] * 3)
         assert path.read_text() == "former"
         (unfinished,) = tmp_path.glob(".run.jsonl.*.unfinished")
         assert len(unfinished.read_text().splitlines()) == 4
@@ -63,7 +67,7 @@ def test_an_interrupted_run_leaves_what_it_recorded(tmp_path: Path) -> None:
 
     def interrupt() -> None:
         with write_trace(path, **ABOUT) as trace:
-            trace.add(make_crossing(1)[0].view, [("a",)] * 3)
+            add(trace, make_crossing(1)[0], [("a",)] * 3)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -113,7 +117,7 @@ def test_a_disk_that_gets_full_leaves_whole_ticks(
     def trace_all() -> None:
         with write_trace(path, **ABOUT) as trace:
             for frame in frames:
-                trace.add(frame.view, paths(frame))
+                add(trace, frame)
 
     monkeypatch.setattr(Path, "open", open_path)
     if ticks == len(frames):
@@ -132,9 +136,9 @@ def test_paths_of_other_robots_are_refused_and_leave_no_part_of_a_tick(tmp_path:
     path = tmp_path / "run.jsonl"
     frame = make_crossing(1)[0]
     with write_trace(path, **ABOUT) as trace:
-        trace.add(frame.view, paths(frame))
+        add(trace, frame)
         with pytest.raises(ValueError, match="shorter"):
-            trace.add(frame.view, [("a",)])
+            add(trace, frame, [("a",)])
     assert len(path.read_text().splitlines()) == 4
 
 

@@ -21,7 +21,7 @@ QUIET = (
 )  # fmt: skip
 WINDOW: ViewportSize = {"width": 1280, "height": 800}
 """The window of a person at a desk."""
-PATIENCE_MS = 60_000
+PATIENCE_MS = 180_000
 """How long a test waits for a state before it fails: a bound for busy machines, never what is tested."""
 COARSE = 0.5
 """Pixels of the screen for each of the layout's, where nobody looks at the picture: a quarter of the work."""

@@ -7,64 +7,63 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.make.episodes import KINDS, make_episode, without_commands
+from tests.make.records import KINDS, make_record, without_commands
 
 from understudy.addons.bridges.datasets.demonstrations import gather_demonstrations
 from understudy.addons.bridges.datasets.lerobot import summarize_columns
 from understudy.addons.bridges.datasets.new_folder import create_folder
 from understudy.errors import DefinitionError, FileError
-from understudy.judging.episodes.episode import Episode, EpisodePress
 from understudy.model.value_kinds import Continuous
+from understudy.records.record import Record, RecordedPress
 
 ONE = {"distance(station)": np.array([1.0, 2.0, 3.0])}
-REFUSED: list[tuple[list[Episode], str]] = [
+REFUSED: list[tuple[list[Record], str]] = [
     ([], "there is no episode; give at least one"),
-    ([make_episode(times=np.zeros(0), states=())], r"episode 0 \(robot 0 of run.jsonl\): it has no ticks"),
-    ([make_episode(tick_s=nan)], "its tick_s is nan; give the length of a tick in seconds"),
-    ([make_episode(readings={})], "its readings were not recorded; give episodes with readings"),
-    ([make_episode(times=np.zeros(2))], "states has 3 values for 2 ticks; give one value per tick"),
-    ([make_episode(presses=(EpisodePress(3, None),))], "a press is at tick 3; its ticks are 0 to 2"),
+    ([make_record(times=np.zeros(0), states=())], r"episode 0 \(robot 0 of run.jsonl\): it has no ticks"),
+    ([make_record(tick_s=nan)], "its tick_s is nan; give the length of a tick in seconds"),
+    ([make_record(readings={})], "its readings were not recorded; give episodes with readings"),
+    ([make_record(times=np.zeros(2))], "states has 3 values for 2 ticks; give one value per tick"),
+    ([make_record(presses=(RecordedPress(3, None),))], "a press is at tick 3; its ticks are 0 to 2"),
     ([without_commands(states=((),) * 3)], "no episode has commands or states; give episodes in which an"),
     (
-        [make_episode(), make_episode(readings=ONE, source="")],
+        [make_record(), make_record(readings=ONE, source="")],
         r"episode 1 \(robot 0\): its readings are not those of the first episode: "
         r"it lacks bearing\(station\) and carrying; write a data set for each",
     ),
     (
-        [make_episode(), make_episode(commands={"drive": np.zeros(3), "load": np.zeros(3)})],
+        [make_record(), make_record(commands={"drive": np.zeros(3), "load": np.zeros(3)})],
         "its channels of commands are not those of the first episode: it lacks turn, and it adds load; write",
     ),
-    ([make_episode(), without_commands()], "its channels of commands .* it lacks drive and turn; write"),
-    ([make_episode(), make_episode(pose={"x": np.zeros(3)})], "columns of the pose .* it adds x; write"),
+    ([make_record(), without_commands()], "its channels of commands .* it lacks drive and turn; write"),
+    ([make_record(), make_record(pose={"x": np.zeros(3)})], "columns of the pose .* it adds x; write"),
     (
-        [make_episode(), make_episode(kinds={**KINDS, "carrying": Continuous()})],
+        [make_record(), make_record(kinds={**KINDS, "carrying": Continuous()})],
         r"carrying is continuous, and categorical\(no\|yes\) in the first episode; write",
     ),
-    ([make_episode(), make_episode(kinds={})], "is of no known kind, and continuous in the first episode"),
     (
-        [make_episode(), make_episode(tick_s=0.1)],
+        [make_record(), make_record(tick_s=0.1)],
         "its ticks take 0.1 s, and those of the first .* 0.05 s; write",
     ),
 ]
 
 
 @pytest.mark.parametrize(("episodes", "message"), REFUSED)
-def test_what_one_data_set_cannot_hold_is_refused(episodes: list[Episode], message: str) -> None:
+def test_what_one_data_set_cannot_hold_is_refused(episodes: list[Record], message: str) -> None:
     with pytest.raises(DefinitionError, match=message) as refused:
         gather_demonstrations(episodes)
     assert "\n" not in str(refused.value)
 
 
 def test_columns_are_those_of_the_first_episode() -> None:
-    first = make_episode()
-    second = make_episode(readings=dict(reversed(list(first.readings.items()))))
+    first = make_record()
+    second = make_record(readings=dict(reversed(list(first.columns.items()))))
     found = gather_demonstrations([first, second])
-    assert found.readings == tuple(first.readings)
+    assert found.readings == tuple(first.columns)
     np.testing.assert_array_equal(found.stack_readings(first), found.stack_readings(second))
 
 
 def test_states_have_numbers_at_each_level() -> None:
-    episode = make_episode()
+    episode = make_record()
     found = gather_demonstrations([episode])
     assert found.levels == (("fetch", "deliver"), ("approach", "grasp"))
     assert found.subtasks == ("fetch > approach", "fetch > grasp", "deliver")

@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.make.episodes import draw_episodes, make_episode, without_commands
+from tests.make.records import draw_records, make_record, without_commands
 
+from understudy.addons.bridges.datasets.demonstrations import list_commands
 from understudy.addons.bridges.datasets.lerobot import Subtasks, write_lerobot
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.extras import ExtraMissing
-from understudy.judging.episodes.episode import Episode
+from understudy.records.record import Record
 
 duckdb: Any = pytest.importorskip("duckdb", reason="needs the extra parquet")
 
@@ -50,7 +51,7 @@ def same(got: Any, expected: Any) -> None:
 
 
 def check_frames(
-    frames: Sequence[dict[str, Any]], features: dict[str, Any], episodes: Sequence[Episode]
+    frames: Sequence[dict[str, Any]], features: dict[str, Any], episodes: Sequence[Record]
 ) -> None:
     """Everything of the episodes is in the frames."""
     ends = list(accumulate((episode.ticks for episode in episodes), initial=0))
@@ -60,7 +61,10 @@ def check_frames(
         assert [frame["frame_index"] for frame in own] == list(range(episode.ticks))
         assert [frame["index"] for frame in own] == list(range(ends[number], ends[number + 1]))
         same([frame["time"] for frame in own], episode.times)
-        for column, values in (("observation.state", episode.readings), ("action", episode.commands)):
+        for column, values in (
+            ("observation.state", episode.columns),
+            ("action", list_commands(episode)),
+        ):
             names = features[column]["names"]
             listed = [frame[column] if len(names) > 1 else [frame[column]] for frame in own]
             assert not any(None in each for each in listed)
@@ -80,7 +84,7 @@ def read_states(frame: dict[str, Any], features: dict[str, Any]) -> tuple[str, .
     return tuple(features[level]["info"]["labels"][frame[level]] for level in levels if frame[level] >= 0)
 
 
-def check_episodes(rows: Sequence[dict[str, Any]], episodes: Sequence[Episode]) -> None:
+def check_episodes(rows: Sequence[dict[str, Any]], episodes: Sequence[Record]) -> None:
     start = 0
     for number, (row, episode) in enumerate(zip(rows, episodes, strict=True)):
         assert (row["episode_index"], row["length"]) == (number, episode.ticks)
@@ -97,9 +101,9 @@ def check_episodes(rows: Sequence[dict[str, Any]], episodes: Sequence[Episode]) 
 
 
 @pytest.mark.long
-@given(draw_episodes())
+@given(draw_records())
 @settings(deadline=None, max_examples=25)
-def test_nothing_is_lost(episodes: list[Episode]) -> None:
+def test_nothing_is_lost(episodes: list[Record]) -> None:
     with TemporaryDirectory() as folder:
         written = Path(folder) / "new"
         write_lerobot(episodes, written)
@@ -111,7 +115,7 @@ def test_nothing_is_lost(episodes: list[Episode]) -> None:
 
 
 def test_the_format_is_that_of_lerobot(tmp_path: Path) -> None:
-    write_lerobot([make_episode(), make_episode()], tmp_path / "new")
+    write_lerobot([make_record(), make_record()], tmp_path / "new")
     info = read_json(tmp_path / "new/meta/info.json")
     assert (info["codebase_version"], info["fps"]) == ("v3.0", 20)
     assert (info["total_episodes"], info["total_frames"], info["total_tasks"]) == (2, 6, 1)
@@ -136,14 +140,14 @@ def test_the_format_is_that_of_lerobot(tmp_path: Path) -> None:
     ("task", "expected"), [("", ["forage", "demonstration"]), ("Get food.", ["Get food."])]
 )
 def test_tasks_are_named(task: str, expected: list[str], tmp_path: Path) -> None:
-    write_lerobot([make_episode(), make_episode(behavior="")], tmp_path / "new", task=task)
+    write_lerobot([make_record(), make_record(behavior="")], tmp_path / "new", task=task)
     assert [each["task"] for each in read_rows(tmp_path / "new/meta/tasks.parquet")] == expected
 
 
 def test_large_data_sets_have_several_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("understudy.addons.bridges.datasets.lerobot.FILES_PER_CHUNK", 2)
     monkeypatch.setattr("understudy.addons.bridges.datasets.lerobot.MEGABYTES_PER_FILE", 1e-9)
-    episodes = [make_episode(), make_episode(), make_episode()]
+    episodes = [make_record(), make_record(), make_record()]
     write_lerobot(episodes, tmp_path / "new")
     names = [path.relative_to(tmp_path / "new").as_posix() for path in sorted(tmp_path.glob("new/data/*/*"))]
     assert names == [
@@ -159,29 +163,29 @@ def test_large_data_sets_have_several_files(tmp_path: Path, monkeypatch: pytest.
 def test_mistakes_leave_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     wrong: Any = "words"
     with pytest.raises(SettingError, match="subtasks is 'words'; choose index or language"):
-        write_lerobot([make_episode()], tmp_path / "new", subtasks=wrong)
+        write_lerobot([make_record()], tmp_path / "new", subtasks=wrong)
     with pytest.raises(DefinitionError, match="there is no episode"):
         write_lerobot([], tmp_path / "new")
     (tmp_path / "there").write_text("")
     with pytest.raises(FileError, match="already exists"):
-        write_lerobot([make_episode()], tmp_path / "there")
+        write_lerobot([make_record()], tmp_path / "there")
     monkeypatch.setitem(sys.modules, "duckdb", None)
     with pytest.raises(ExtraMissing, match=r"a LeRobot data set needs .*\[parquet\]"):
-        write_lerobot([make_episode()], tmp_path / "new")
+        write_lerobot([make_record()], tmp_path / "new")
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
 
-WRITTEN: dict[str, tuple[list[Episode], Subtasks]] = {
+WRITTEN: dict[str, tuple[list[Record], Subtasks]] = {
     "commands": (
-        [make_episode(), make_episode(states=((), ("deliver",), ("deliver",)), agent="robot 1")],
+        [make_record(), make_record(states=((), ("deliver",), ("deliver",)), agent="robot 1")],
         "index",
     ),
     "states": ([without_commands(tick_s=0.03, pose={"x": np.arange(3.0), "y": np.ones(3)})], "index"),
     "one reading": (
-        [make_episode(readings={"carrying": np.zeros(3)}, commands={"drive": np.ones(3)}, seed=None)] * 2,
+        [make_record(readings={"carrying": np.zeros(3)}, commands={"drive": np.ones(3)}, seed=None)] * 2,
         "index",
     ),
-    "language": ([make_episode(), without_commands(commands=make_episode().commands)], "language"),
+    "language": ([make_record(), without_commands(commands=list_commands(make_record()))], "language"),
 }
 
 
@@ -226,7 +230,7 @@ def test_lerobot_reads_it(name: str, read_by_lerobot: dict[str, Any]) -> None:
         assert got["active"] == described
     elif read_by_lerobot["old"]:
         assert [frame["subtask"] for frame in got["frames"]] == described
-    last = np.array([*episodes[-1].readings.values()]).T.squeeze()
+    last = np.array([*episodes[-1].values.values()]).T.squeeze()
     window, padding = got["window"]
     np.testing.assert_allclose(window, last[[0, 0, 1]], rtol=1e-6)
     assert padding == [True, False, False]

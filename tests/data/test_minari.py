@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.make.episodes import KINDS, draw_episodes, make_episode, without_commands
+from tests.make.records import KINDS, draw_records, make_record, without_commands
 
+from understudy.addons.bridges.datasets.demonstrations import list_commands
 from understudy.addons.bridges.datasets.minari import write_minari
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.extras import ExtraMissing
-from understudy.judging.episodes.episode import Episode, EpisodePress
+from understudy.records.record import Record, RecordedPress
 
 minari: Any = pytest.importorskip("minari", reason="needs Minari: pip install 'minari[hdf5]'")
 
@@ -26,7 +27,7 @@ def load(folder: Path) -> Any:
     return minari.MinariDataset(folder / "data")
 
 
-def check(data: Any, episodes: Sequence[Episode]) -> None:
+def check(data: Any, episodes: Sequence[Record]) -> None:
     """Everything of the episodes is in the data set, but for the commands of their last ticks."""
     metadata = data.storage.metadata
     abouts = list(data.storage.get_episode_metadata(range(len(episodes))))
@@ -34,9 +35,9 @@ def check(data: Any, episodes: Sequence[Episode]) -> None:
         steps = episode.ticks - 1
         assert got.observations.dtype == np.float64
         for place, label in enumerate(metadata["readings"]):
-            np.testing.assert_array_equal(got.observations[:, place], episode.readings[label])
+            np.testing.assert_array_equal(got.observations[:, place], episode.columns[label])
         for place, channel in enumerate(metadata["channels"]):
-            np.testing.assert_array_equal(got.actions[:, place], episode.commands[channel][:steps])
+            np.testing.assert_array_equal(got.actions[:, place], list_commands(episode)[channel][:steps])
         for place, name in enumerate(metadata["pose"]):
             np.testing.assert_array_equal(got.infos["pose"][:, place], episode.pose[name])
         np.testing.assert_array_equal(got.infos["time"], episode.times)
@@ -48,7 +49,7 @@ def check(data: Any, episodes: Sequence[Episode]) -> None:
         assert (got.rewards.tolist(), got.terminations.any()) == ([0.0] * steps, False)
         assert got.truncations.tolist() == [False] * (steps - 1) + [True]
         presses = [
-            EpisodePress(each["tick"], each["state"], each["correction"], each["kind"])
+            RecordedPress(each["tick"], each["state"], each["correction"], each["kind"])
             for each in json.loads(about["presses"])
         ]
         assert presses == list(episode.presses)
@@ -68,9 +69,9 @@ def read_states(infos: dict[str, Any], labels: Sequence[Sequence[str]]) -> tuple
     )
 
 
-@given(draw_episodes(ticks=2))
+@given(draw_records(ticks=2))
 @settings(deadline=None, max_examples=40)
-def test_nothing_else_is_lost(episodes: list[Episode]) -> None:
+def test_nothing_else_is_lost(episodes: list[Record]) -> None:
     with TemporaryDirectory() as folder:
         write_minari(episodes, Path(folder) / "new-v0")
         check(load(Path(folder) / "new-v0"), episodes)
@@ -78,7 +79,7 @@ def test_nothing_else_is_lost(episodes: list[Episode]) -> None:
 
 def test_minari_finds_it_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
-    episodes = [make_episode(), make_episode(seed=None, agent="robot 1")]
+    episodes = [make_record(), make_record(seed=None, agent="robot 1")]
     write_minari(episodes, tmp_path / "warehouse/forage-v1", dataset_id="warehouse/forage-v1")
     write_minari(episodes, tmp_path / "forage-v0")
     assert list(minari.list_local_datasets(compatible_minari_version=True)) == [
@@ -93,20 +94,13 @@ def test_minari_finds_it_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_spaces_are_those_of_the_kinds(tmp_path: Path) -> None:
-    write_minari([make_episode()], tmp_path / "new-v0")
+    write_minari([make_record()], tmp_path / "new-v0")
     data = load(tmp_path / "new-v0")
     assert data.observation_space.low.tolist() == [-np.inf, 0, 0]
     assert data.observation_space.high.tolist() == [np.inf, 2 * np.pi, 1]
     assert (data.action_space.shape, str(data.action_space.dtype)) == ((2,), "float64")
     assert data.storage.metadata["kinds"] == [str(kind) for kind in KINDS.values()]
     assert data.storage.metadata["tick_s"] == 0.05
-
-
-def test_kinds_may_be_unknown(tmp_path: Path) -> None:
-    write_minari([make_episode(kinds={})], tmp_path / "new-v0")
-    data = load(tmp_path / "new-v0")
-    assert data.storage.metadata["kinds"] == [None, None, None]
-    assert not np.isfinite(data.observation_space.high).any()
 
 
 def test_without_commands_the_actions_are_states(tmp_path: Path) -> None:
@@ -121,8 +115,15 @@ def test_without_commands_the_actions_are_states(tmp_path: Path) -> None:
 
 
 def test_many_presses_are_kept(tmp_path: Path) -> None:
-    presses = tuple(EpisodePress(number % 3, f"state {number}") for number in range(2000))  # 100 kB
-    episode = make_episode(presses=presses)
+    presses = tuple(RecordedPress(number, f"state {number}") for number in range(2000))  # 100 kB
+    times = np.arange(2000.0)
+    episode = make_record(
+        presses=presses,
+        times=times,
+        states=(("go",),) * 2000,
+        readings={"x": times},
+        commands={"drive": times},
+    )
     write_minari([episode], tmp_path / "new-v0")
     check(load(tmp_path / "new-v0"), [episode])
 
@@ -143,12 +144,12 @@ def test_names_are_those_that_minari_finds(
     folder: str, dataset_id: str, message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(SettingError, match=message):
-        write_minari([make_episode()], tmp_path / folder, dataset_id=dataset_id)
+        write_minari([make_record()], tmp_path / folder, dataset_id=dataset_id)
     assert not list(tmp_path.iterdir())
 
 
 def test_mistakes_leave_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    short = make_episode(
+    short = make_record(
         times=np.zeros(1), states=(("fetch",),), readings={"carrying": np.zeros(1)}, commands={}, presses=()
     )
     with pytest.raises(
@@ -159,8 +160,8 @@ def test_mistakes_leave_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         write_minari([], tmp_path / "new-v0")
     (tmp_path / "there-v0").mkdir()
     with pytest.raises(FileError, match="already exists"):
-        write_minari([make_episode()], tmp_path / "there-v0")
+        write_minari([make_record()], tmp_path / "there-v0")
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(ExtraMissing, match=r"a Minari data set needs .*\[minari\]"):
-        write_minari([make_episode()], tmp_path / "new-v0")
+        write_minari([make_record()], tmp_path / "new-v0")
     assert [path.name for path in tmp_path.iterdir()] == ["there-v0"]

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.make.records import make_record
 
 from understudy.addons.bridges.datasets.lerobot import write_lerobot
 from understudy.addons.bridges.datasets.lerobot_reader import read_lerobot
-from understudy.addons.recordings.recorded_drive import RecordedDrive
-from understudy.addons.recordings.run_drives import make_episodes_drive
+from understudy.addons.recordings.run_drives import choose_agent
 from understudy.errors import FileError, SettingError
-from understudy.judging.episodes.episode import Episode
-from understudy.judging.episodes.episode_tables import make_tick_table
-from understudy.judging.episodes.sources import read_episodes
-from understudy.judging.episodes.table_files import describe_losses, write_table
-from understudy.judging.episodes.tick_files import is_tick_table, read_tick_episodes
+from understudy.judging.record_files import read_records
 from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.records.record import Record
+from understudy.records.record_losses import describe_losses
+from understudy.records.record_tables import make_tick_table
+from understudy.records.table_files import is_tick_table, read_tick_records, write_table
 
 KINDS: dict[str, Kind] = {
     "range(ball)": Continuous(),
@@ -28,10 +28,10 @@ UNITS = {"range(ball)": "m", "bearing(ball)": "rad", "color": ""}
 VALUES = st.one_of(st.just(float("nan")), st.floats(-1e6, 1e6))
 
 
-def make_episode(values: list[tuple[float, int]], agent: str = "robot 0") -> Episode:
-    """An episode whose readings are drawn."""
+def make_ticks(values: list[tuple[float, int]], agent: str = "robot 0") -> Record:
+    """A record whose readings are drawn."""
     times = np.arange(len(values), dtype=np.float64) * 0.1
-    return Episode(
+    return make_record(
         agent=agent,
         tick_s=0.1,
         times=times,
@@ -46,6 +46,9 @@ def make_episode(values: list[tuple[float, int]], agent: str = "robot 0") -> Epi
         commands={"drive": np.array([0.5 * label for _, label in values])},
         channel_units={"drive": "m/s"},
         source="somewhere",
+        presses=(),
+        behavior="",
+        seed=None,
     )
 
 
@@ -56,36 +59,36 @@ def test_what_was_written_is_read(
 ) -> None:
     pytest.importorskip("duckdb")
     rows = [*rows, (1.0, 0), (1.0, 1), (1.0, 2)]  # all labels occur, without which texts do not tell them
-    written = [make_episode(rows), make_episode(rows[::-1], "robot 1")]
+    written = [make_ticks(rows), make_ticks(rows[::-1], "robot 1")]
     path = tmp_path_factory.mktemp("ticks") / f"ticks{suffix}"
     write_table(make_tick_table(written), path)
     assert is_tick_table(path)
-    for read, one in zip(read_episodes(path), written, strict=True):
+    for read, one in zip(read_records(path), written, strict=True):
         assert (read.agent, read.states) == (one.agent, one.states)
         np.testing.assert_allclose(read.times, one.times)
-        for label, column in one.readings.items():
-            np.testing.assert_array_equal(read.readings[label], column)
-        np.testing.assert_array_equal(read.commands["drive"], one.commands["drive"])
+        for label, column in one.columns.items():
+            np.testing.assert_array_equal(read.columns[label], column)
+        np.testing.assert_array_equal(read.commands, one.commands)
         if suffix == ".parquet":
-            assert (read.kinds, read.units, read.channel_units) == (KINDS, UNITS, {"drive": "m/s"})
+            assert (read.readings, read.channels) == (one.readings, one.channels)
 
 
-def read_drive(path: Path, robot: int = 0) -> RecordedDrive:
-    return make_episodes_drive(read_tick_episodes(path), path, robot=robot)
+def read_drive(path: Path, robot: int = 0) -> Record:
+    return choose_agent(read_tick_records(path), path, robot)
 
 
 def test_a_data_set_of_lerobot_is_read(tmp_path: Path) -> None:
     pytest.importorskip("duckdb")
     rows = [(float(tick), tick % 4) for tick in range(20)]
-    written = [make_episode(rows), make_episode(rows[::-1])]
+    written = [make_ticks(rows), make_ticks(rows[::-1])]
     write_lerobot(written, tmp_path / "set")
     for read, one in zip(read_lerobot(tmp_path / "set"), written, strict=True):
         assert (read.agent, read.states, read.tick_s) == (one.agent, one.states, one.tick_s)
-        assert (read.kinds, read.units, read.channel_units) == (KINDS, UNITS, {"drive": "m/s"})
+        assert (read.readings, read.channels) == (one.readings, one.channels)
         np.testing.assert_array_equal(read.times, one.times)
-        for label, column in one.readings.items():
-            np.testing.assert_array_equal(read.readings[label], column)
-        np.testing.assert_array_equal(read.commands["drive"], one.commands["drive"])
+        for label, column in one.columns.items():
+            np.testing.assert_array_equal(read.columns[label], column)
+        np.testing.assert_array_equal(read.commands, one.commands)
     (tmp_path / "set/meta/info.json").write_text(
         (tmp_path / "set/meta/info.json").read_text().replace('"v3.0"', '"v2.1"')
     )
@@ -94,20 +97,20 @@ def test_a_data_set_of_lerobot_is_read(tmp_path: Path) -> None:
 
 
 def test_what_a_file_cannot_hold_is_said(tmp_path: Path) -> None:
-    table = make_tick_table([make_episode([(1.0, 0), (2.0, 1), (3.0, 2)])])
-    (said,) = describe_losses(table, "out.csv")
+    records = [make_ticks([(1.0, 0), (2.0, 1), (3.0, 2)])]
+    (said,) = describe_losses(records, "csv")
     assert said.startswith(
-        ".csv has no place for units and kinds of readings, and that reading.bearing(ball) is on a circle"
+        "it has no place for units and kinds of readings, and that bearing(ball) is on a circle"
     )
-    assert describe_losses(table, "out.parquet") == []
-    write_table(table, tmp_path / "out.csv")
+    assert describe_losses(records, "parquet") == []
+    write_table(make_tick_table(records), tmp_path / "out.csv")
     assert "does not say units and kinds" in read_drive(tmp_path / "out.csv").omissions[-1]
 
 
 def test_a_drive_of_each_agent_is_read(tmp_path: Path) -> None:
     rows = [(float(tick), tick % 3) for tick in range(20)]
     write_table(
-        make_tick_table([make_episode(rows), make_episode(rows[::-1], "robot 1")]), tmp_path / "out.jsonl"
+        make_tick_table([make_ticks(rows), make_ticks(rows[::-1], "robot 1")]), tmp_path / "out.jsonl"
     )
     first, second = (read_drive(tmp_path / "out.jsonl", robot=robot) for robot in (0, 1))
     np.testing.assert_array_equal(first.commands, second.commands[::-1])
@@ -129,4 +132,4 @@ BAD = [
 def test_what_is_no_table_of_ticks_is_refused(tmp_path: Path, text: str, problem: str) -> None:
     (tmp_path / "out.csv").write_text(text)
     with pytest.raises(FileError, match=problem):
-        read_tick_episodes(tmp_path / "out.csv")
+        read_tick_records(tmp_path / "out.csv")

@@ -15,8 +15,10 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[2]
 NODE_MODULES = ROOT / "build" / "node_peers" / "node_modules"
@@ -25,8 +27,8 @@ BTCPP = ROOT / "build" / "behaviortree_cpp"
 BUILD = "make -f tools/export_peers.mk"
 MICROPYTHON = "@micropython/micropython-webassembly-pyscript"
 SCION, XSTATE = "@scion-scxml/scxml", "xstate"
-COMPILED_FOR_QT: dict[bytes, bytes] = {}
-"""The program that runs statecharts in Qt, by its source, once it is compiled."""
+COMPILED_FOR_QT = TemporaryDirectory(prefix="understudy-qt-")
+"""A folder of the program that runs statecharts in Qt, by the hash of its source, once it is compiled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +108,18 @@ def _link_node_modules(folder: Path) -> None:
 
 
 def _put_program_for_qt(folder: Path) -> None:
-    """Put the program that runs statecharts into a folder: it is the same for all of them, and compiled once."""
+    """Put the program that runs statecharts into a folder: it is the same for all of them, and compiled once.
+
+    It is copied by another process. One that this process wrote cannot be run ("Text file busy") while a process that
+    another thread has just started, such as one that compiles kernels, still has it open.
+    """
     program, source = folder / "conformance-qt", (folder / "conformance.cpp").read_bytes()
-    if source not in COMPILED_FOR_QT:
-        subprocess.run(["make", program.name], cwd=folder, check=True, capture_output=True)
-        COMPILED_FOR_QT[source] = program.read_bytes()
-    program.write_bytes(COMPILED_FOR_QT[source])
-    program.chmod(0o755)
+    kept = Path(COMPILED_FOR_QT.name) / sha256(source).hexdigest()
+    if kept.exists():
+        subprocess.run(["cp", kept, program], check=True)
+        return
+    subprocess.run(["make", program.name], cwd=folder, check=True, capture_output=True)
+    subprocess.run(["cp", program, kept], check=True)
 
 
 _ARM = ("gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm", "arm-none-eabi-gcc", "qemu-system-arm")

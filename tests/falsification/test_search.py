@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from math import inf
 
 import numpy as np
 import pytest
@@ -153,6 +154,29 @@ def test_batches_fit_the_time_that_worlds_take() -> None:
     # At first 20. Then what 5 s suffice for, such as 50 worlds of 0.1 s, but no more than ten times as many as before.
     # At 57.5 s and at 59.9 s what is left suffices for 12 worlds and for less than one.
     assert sizes == [20, 50, 500, 500, 250, 250, 50, 12, 1, 0]
+
+
+LEFT = [  # worlds, the end, s; time now, s; how long the first 20 worlds took, and the 66 after them; what is left, s
+    (1000, None, 9.0, (1.5,), 0.0),  # the first may have loaded kernels
+    (1000, None, 9.0, (1.5, 0.66), 9.14),  # 914 worlds of 0.01 s
+    (1000, None, 9.0, (22.0,), 980.0),
+    (1000, 60.0, 9.0, (22.0,), 51.0),
+    (None, 60.0, 9.0, (1.5, 0.66), 51.0),
+    (None, None, 9.0, (1.5, 0.66), inf),
+    (None, None, 9.0, (), 0.0),
+]
+
+
+@pytest.mark.parametrize(("worlds", "end", "now", "took_s", "left_s"), LEFT)
+def test_what_is_left_is_estimated_from_what_was_run(
+    worlds: int | None, end: float | None, now: float, took_s: tuple[float, ...], left_s: float
+) -> None:
+    batches = SeedBatches(5, worlds, end=end, clock=lambda: now)
+    batch = batches.take()
+    for seconds in took_s:
+        batches.note(len(batch), seconds)
+        batch = batches.take()
+    assert batches.estimate_left_s() == pytest.approx(left_s)
 
 
 @pytest.mark.long

@@ -18,10 +18,11 @@ from tests.make.transcripts import FOLDER
 from tests.ui.cli.commands import run, run_json
 
 from understudy.addons.recordings.teach_from_recording import list_recorded_presses, teach_from_recording
-from understudy.judging.run_trace import COLUMNS
 from understudy.learning.fit import learn
 from understudy.model.learner_options import LearnerOptions, TreeOptions
-from understudy.records.reader import RecordedPress, read_recording
+from understudy.records.reader import read_recording
+from understudy.records.record import RecordedPress
+from understudy.records.trace_writer import COLUMNS
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.lesson_design import new_lesson
 
@@ -96,10 +97,10 @@ def test_a_recorded_run_is_decided_again() -> None:
 def test_a_real_robots_recording_is_read() -> None:
     found = read_recording(RUNS / "rover.mcap")
     assert (found.ticks, found.whole, found.head.ran.behavior) == (4, True, "wander")
-    sonar = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
+    sonar = found.records[0].values[("sonar_ahead", None)]
     assert sonar[[0, 3]].tolist() == [2.0, 0.25]
-    assert found.presses == [[RecordedPress(3, "backward"), RecordedPress(3, None)]]
-    assert found.paths[0] == [("wander", "forward")] * 3 + [("wander", "backward")]
+    assert [*found.records[0].presses] == [RecordedPress(3, "backward"), RecordedPress(3, None)]
+    assert found.records[0].states == (*[("wander", "forward")] * 3, ("wander", "backward"))
     assert list(found.head.files) == ["rover.toml"]
 
 

@@ -46,6 +46,7 @@ ERRORS = {  # name, exit code, what it is made of
     "JobFailed": (1, "problem"),
     "KindError": (2, "where problem remedy"),
     "LeftOut": (2, "what name where known reason"),
+    "InvalidMapping": (2, ""),
     "OtherKit": (2, ""),
     "LawBroken": (2, "part law found"),
     "MessageRefused": (2, "type problem"),
@@ -73,11 +74,14 @@ MESSAGES = [
     "go_to_property", "heartbeat", "keep_going", "label", "learn", "leave_failure", "let_drive", "list_versions",
     "move_object", "move_obstacle", "move_robot", "new", "new_world", "next_situation", "open", "open_failure",
     "open_library", "open_world", "pause", "pause_drive", "pick_color", "press", "property_choices", "prune",
-    "quarantine", "recall", "redo", "release", "release_control", "remove", "remove_object", "remove_obstacle",
-    "remove_property", "rename", "request_advice", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
+    "quarantine", "read_world_grid", "recall", "redo", "release", "release_control", "remove", "remove_object",
+    "remove_obstacle",
+    "remove_property", "rename", "request_advice", "rerun_failures", "reset", "restart", "restore", "rewind",
+    "run_world_grid", "save",
     "save_property", "save_world", "select_agent", "set_other_agents", "set_query_policy", "set_reaction_time",
     "set_up", "settle", "simplify", "skip", "speed", "split", "steer", "step", "stop", "stop_robot", "take_control",
-    "test", "test_properties", "toggle_mode", "toggle_score", "toggle_watching", "trust", "undo", "why",
+    "test", "test_properties", "toggle_mode", "toggle_score", "toggle_watching", "trust", "undo",
+    "visit_grid_world", "why",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
@@ -123,7 +127,7 @@ COMMANDS = {
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
     "export": "",
-    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
+    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --run --json",
     "export dataset": "SOURCE... --to --out -o --json",
     "export table": "SOURCE --out -o --table --json",
     "export why": "TRACE --time -t --library -l --world -w --exported --agent -a --kit --json",

@@ -173,13 +173,13 @@ def decide_again(merged: Path, library: Path, file: Path, deputy: str) -> None:
         while not rerun.is_over:
             rerun.tick()
             paths.append(rerun.paths[0])
-        assert paths == list(recording.paths[0]), part
+        assert paths == list(recording.records[0].states), part
         assert len(recording.duties[0]) > 0
     for name in ROBOTS:
         recording = team.read_part(name)
         driven = [duty for duty in recording.duties[0] if duty.leader == "laptop"]
         assert driven, name  # how often depends on which messages are late
-        assert () in recording.paths[0]
+        assert () in recording.records[0].states
 
 
 def find_ordered(team: TeamRecording, name: str, leader: str) -> int:

@@ -110,7 +110,7 @@ def test_a_recorded_run_of_agents_in_one_program_decides_again(tmp_path: Path) -
     with RunRecorder(path, clock=lambda: 0.0) as recorder:
         found = decide(Rig(NAMES, "patrol", recorder=recorder), folder, agents=True, disarms=False)
     recording = read_recording(path)
-    assert list(recording.paths[2]) == [paths[2] for paths, _ in found]
+    assert list(recording.records[2].states) == [paths[2] for paths, _ in found]
     again = run_json("run", "--replay", path)
     assert (again["decisions"], again["differences"]) == (len(NAMES) * TICKS, [])
     why = run_json("why", path, "--agent", 3, "--time", 3.0, "-l", folder)

@@ -36,6 +36,7 @@ from understudy.addons.robots.robot import Robot
 from understudy.addons.robots.robot_file import parse_robot
 from understudy.addons.robots.ros.transport import Publisher
 from understudy.errors import FileError
+from understudy.model.value_kinds import Column
 from understudy.records import recorder as recorder_module
 from understudy.records import writer
 from understudy.records.header import BODY, FORMAT, RUN, RunInfo, decode_header
@@ -46,7 +47,8 @@ from understudy.records.message_types import (
     decode_states,
 )
 from understudy.records.messages import decode_message
-from understudy.records.reader import RecordedPress, read_recording
+from understudy.records.reader import Recording, read_recording
+from understudy.records.record import RecordedPress
 from understudy.records.recorder import RecordingFailed, RunRecorder
 from understudy.runtime.body import list_reading_keys
 
@@ -155,15 +157,20 @@ def test_messages_are_kept_as_they_went(tmp_path: Path) -> None:
     assert [each.data for each in by_topic["/rover/understudy/presses"]] == ["backward", ""]
 
 
+def first_reading(found: Recording) -> Column:
+    return next(iter(found.records[0].values.values()))
+
+
 def test_what_is_read_back_is_what_was_said(tmp_path: Path) -> None:
     drive(tmp_path / "drive.mcap")
     found = read_recording(tmp_path / "drive.mcap")
     assert (found.ticks, found.whole) == (4, True)
-    sonar_ahead = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
+    sonar_ahead = found.records[0].values[("sonar_ahead", None)]
     np.testing.assert_array_equal(sonar_ahead[[0, 3]], [2.0, 0.25])
-    np.testing.assert_array_equal(found.values[0, 1:, 0], [nan, nan])
-    assert found.presses == [[RecordedPress(3, "backward"), RecordedPress(3, None)]]
-    assert found.paths[0] == [("wander", "forward")] * 3 + [("wander", "backward")]
+    first = [column[0] for column in found.records[0].values.values()]
+    np.testing.assert_array_equal(first[1:], [nan, nan])
+    assert [*found.records[0].presses] == [RecordedPress(3, "backward"), RecordedPress(3, None)]
+    assert found.records[0].states == (*[("wander", "forward")] * 3, ("wander", "backward"))
     assert (found.head.ran.behavior, found.head.files) == ("wander", {"rover.toml": ROVER})
 
 
@@ -223,7 +230,7 @@ def test_what_was_cut_off_is_read_up_to_its_last_chunk(
         assert found.ticks >= most
         most = found.ticks
         assert found.times.tolist() == [tick / 10 for tick in range(most)]
-        np.testing.assert_array_equal(found.values[:, 0, 0], np.arange(most))
+        np.testing.assert_array_equal(first_reading(found), np.arange(most))
     assert most == 20
 
 
@@ -330,7 +337,7 @@ def test_a_run_that_begins_anew_is_what_counts(tmp_path: Path) -> None:
             for tick in range(3):
                 recorder.write_tick(tick, {key: np.array([10.0 * begun + tick]) for key in keys}, [("a",)])
     found = read_recording(tmp_path / "two.mcap")
-    assert found.values[:, 0, 0].tolist() == [10.0, 11.0, 12.0]
+    assert first_reading(found).tolist() == [10.0, 11.0, 12.0]
 
 
 @given(st.data())
@@ -347,7 +354,7 @@ def test_damage_is_refused_or_ends_the_recording(data: st.DataObject) -> None:
         except FileError:
             return
     assert found.times.tolist() == [tick / 10 for tick in range(found.ticks)]
-    assert (found.values[:, 0, 0] == np.arange(found.ticks)).all()
+    assert (first_reading(found) == np.arange(found.ticks)).all()
 
 
 @cache

@@ -21,7 +21,8 @@ from understudy.addons.recordings.teach_from_recording import (
 )
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.model.learner_options import LearnerOptions
-from understudy.records.reader import RecordedPress, Recording, read_recording
+from understudy.records.reader import Recording, read_recording
+from understudy.records.record import RecordedPress
 from understudy.records.recorder import RunRecorder
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
@@ -168,7 +169,7 @@ def test_presses_that_cannot_be_are_refused(tmp_path: Path) -> None:
     with pytest.raises(
         SessionError, match="has a step 'jump'; sessions have press, test, train, teach, restart"
     ):
-        teach_from_recording(recording, session.library, empty, [RecordedPress(3, None, "jump")])
+        teach_from_recording(recording, session.library, empty, [RecordedPress(3, None, does="jump")])
 
 
 def test_a_press_between_ticks_acts_at_the_next(tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ def test_a_team_is_run_in_a_terminal_recorded_and_decided_again(tmp_path: Path) 
         assert not list(team.parent.glob("recordings/*"))
     recording = read_recording(record)
     assert told["ticks"] == recording.ticks
-    assert {path[0] for path in recording.paths[0]} == {"patrol", "disperse"}
+    assert {path[0] for path in recording.records[0].states} == {"patrol", "disperse"}
     again = run_json("run", "--replay", record)
     assert (again["decisions"], again["differences"]) == (2 * recording.ticks, [])
     assert len(run_json("why", record, "--agent", 1, "--time", 1.0)["agents"]) == 2

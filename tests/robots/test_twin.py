@@ -157,7 +157,7 @@ def test_sessions_of_one_recording_are_kept_apart(tmp_path: Path) -> None:
     record_sessions(path, lambda recorder: Rig(recorder=recorder))
     found = [read_recording(path, run=run) for run in (1, 2, None)]
     assert [each.head.ran.library for each in found] == ["one", "two", "two"]
-    assert [[press.state for press in each.presses[0]] for each in found] == [
+    assert [[press.state for press in each.records[0].presses] for each in found] == [
         ["forward", "left"],
         ["right"],
         ["right"],
@@ -185,7 +185,7 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
 
     record_sessions(path, rig_of)
     found = read_recording(path, run=1)
-    assert (found.ticks, found.values.shape[2], len(set(found.head.names))) == (2, 2, 2)
+    assert (found.ticks, len(found.records), len(set(found.head.names))) == (2, 2, 2)
     assert [f"domain = {domain}" in "".join(found.head.files.values()) for domain in (0, 1)] == [True, True]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy import DriveLesson, Library, make_candidates, make_drive_kit, read_recorded_drive, segment
 from understudy.addons.recordings.lesson_from_drive import to_lesson
-from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.records.record import Record
 
 TICK_S = 0.05
 MOVES = {"forward": {"drive": 0.8}, "back": {"drive": -0.5}}
@@ -73,7 +73,7 @@ FAR = replace(BEN, near=2.0)
 """Ben, who goes back much earlier than Anna does."""
 
 
-def read(path: Path) -> tuple[RecordedDrive, Library]:
+def read(path: Path) -> tuple[Record, Library]:
     """Read a drive, with a library of its readings and moves."""
     drive = read_recorded_drive(path)
     return drive, Library(make_drive_kit(drive, MOVES))

@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import ReadingKey
 from understudy.model.value_kinds import Column, Continuous
+from understudy.records.record import Episode, Record
 from understudy.runtime.body import Channel, Reading
 
 TICK_S = 0.1
@@ -33,10 +33,10 @@ def make_drive(
     readings: Sequence[Reading] = (),
     channels: Sequence[Channel] = (Channel("drive"), Channel("turn")),
     lengths: Sequence[int] = (),
-) -> RecordedDrive:
+) -> Record:
     """A drive with these commands [T, C] and readings; episodes have these lengths."""
     edges = np.cumsum([0, *(lengths or [len(commands)])]).tolist()
-    return RecordedDrive(
+    return Record(
         np.arange(len(commands), dtype=np.float64) * TICK_S,
         values,
         commands,
@@ -45,5 +45,5 @@ def make_drive(
         or tuple(Reading(name, Continuous(), of_targets=target is not None) for name, target in values),
         tuple({target: None for _, target in values if target is not None}),
         TICK_S,
-        tuple(DriveEpisode("drive.csv", first, end) for first, end in pairwise(edges)),
+        tuple(Episode("drive.csv", first, end) for first, end in pairwise(edges)),
     )

@@ -49,7 +49,7 @@ def test_episodes_of_any_length(lengths: list[int]) -> None:
     np.testing.assert_array_equal(drive.values["x", None], np.arange(tick))
     np.testing.assert_array_equal(drive.values["range", "ball"], -np.arange(tick))
     np.testing.assert_array_equal(drive.commands, np.arange(tick)[:, None] / 2)
-    np.testing.assert_array_equal(recorder.list_poses()[:, 1], 2 * np.arange(tick))
+    np.testing.assert_array_equal(recorder.list_places()[:, 1], 2 * np.arange(tick))
     ends = np.cumsum([0, *lengths]).tolist()
     assert [(each.source, each.first, each.end) for each in drive.episodes] == [
         (str(number), ends[number], ends[number + 1]) for number, length in enumerate(lengths) if length

@@ -33,16 +33,16 @@ from understudy import (
     segment,
     settle_driver_contradictions,
 )
-from understudy.addons.recordings.drive_examples import make_recording
+from understudy.addons.recordings.drive_examples import make_replay
 from understudy.addons.recordings.driver_contradictions import list_drivers
 from understudy.addons.recordings.lesson_from_drive import to_lesson
-from understudy.addons.recordings.recorded_drive import refuse_other_robot
 from understudy.errors import DefinitionError, FileError, UnknownName
 from understudy.judging.explain_run import explain_query
 from understudy.judging.explanation_text import describe_source, list_example_data
 from understudy.judging.tracing import TransitionQuery
 from understudy.learning.explain import explain
 from understudy.model.example_source import ExampleSource
+from understudy.records.join_records import refuse_other_robot
 from understudy.records.replay import ReplayBody
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.feature_values import compute_example_values
@@ -279,7 +279,7 @@ def test_a_resumed_session_keeps_sources_and_reaction_times(
     drive, _ = read(folder / "anna.csv")
 
     def replay() -> ReplayBody:
-        return ReplayBody(make_recording(drive, drive.episodes[0]))
+        return make_replay(drive, drive.episodes[0])
 
     journal = tmp_path / "a.journal"
     with closing(Session(replay(), shared_lesson.library, shared_lesson.lesson, journal=journal)) as session:

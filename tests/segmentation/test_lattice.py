@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from understudy.addons.recordings.lattice import Lattice, find_states
 from understudy.addons.recordings.posterior import compute_posteriors
-from understudy.addons.recordings.recorded_drive import Floats
+from understudy.records.record import Floats
 
 
 def make_plain_lattice(fit: Floats, *, price: float, shortest: int) -> Lattice:

@@ -6,7 +6,7 @@ import gzip
 import json
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,9 @@ import pytest
 from tests.segmentation.test_messages import BEGAN_NS, MAP, make_map
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.errors import FileError
 from understudy.records.messages import encode_message, load_typestore, make_message
+from understudy.records.record import Record
 
 pytest.importorskip("mcap")
 pytest.importorskip("rosbags")
@@ -91,11 +91,11 @@ def write_folder(path: Path, *, compress: str = "", storage: str = "SQLITE3") ->
     return path
 
 
-def read(path: Path, text: str = MAP) -> RecordedDrive:
+def read(path: Path, text: str = MAP) -> Record:
     return read_recorded_drive(path, make_map(path.parent, text))
 
 
-def check_whole(drive: RecordedDrive, count: int = 200) -> None:
+def check_whole(drive: Record, count: int = 200) -> None:
     assert drive.values["range", "ball"].tolist() == [tick / 64 for tick in range(count)]
     np.testing.assert_allclose(np.diff(drive.times), 0.1, atol=1e-6)
 
@@ -209,56 +209,6 @@ def test_bags_of_ros_1(tmp_path: Path) -> None:
     bag.write_bytes(bag.read_bytes()[:5000])
     with pytest.raises(FileError, match="repair it with rosbag reindex"):
         read(bag)
-
-
-CUTS: list[tuple[str, dict[str, Any], Callable[[bytes], bytes]]] = [
-    ("in a chunk", {}, lambda content: content[: len(content) // 2]),
-    ("in a chunk of LZ4", {"compression": 2}, lambda content: content[: len(content) // 2]),
-    ("without chunks", {"use_chunking": False}, lambda content: content[: len(content) // 2]),
-    ("zeros from there on", {}, lambda content: content[: len(content) // 2] + b"\0" * 999),
-    (
-        "damaged",
-        {},
-        lambda content: content[: len(content) // 2] + b"\xff" * 99 + content[len(content) // 2 + 99 :],
-    ),
-]
-
-
-@pytest.mark.parametrize(("name", "more", "cut"), CUTS, ids=[each[0] for each in CUTS])
-def test_what_comes_before_the_damage_is_read(
-    tmp_path: Path, name: str, more: dict[str, Any], cut: Callable[[bytes], bytes]
-) -> None:
-    from mcap.writer import CompressionType
-
-    if "compression" in more:
-        more = {"compression": CompressionType.LZ4}
-    path = write_mcap(tmp_path / "drive.mcap", list(list_messages()), **more)
-    path.write_bytes(cut(path.read_bytes()))
-    drive = read(path)
-    assert 60 < drive.ticks < 140
-    check_whole(drive, drive.ticks)
-    assert "it cannot be read" in drive.omissions[0]
-    assert "what comes before is used" in drive.omissions[0]
-
-
-def test_a_file_without_its_end_is_read_whole(tmp_path: Path) -> None:
-    path = write_mcap(tmp_path / "drive.mcap", list(list_messages()))
-    path.write_bytes(path.read_bytes()[:-100])
-    drive = read(path)
-    check_whole(drive)
-    assert "after message 400" in drive.omissions[0]
-
-
-def test_sqlite_that_was_cut(tmp_path: Path) -> None:
-    path = next(write_folder(tmp_path / "drive").glob("*.db3"))
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) * 4 // 5])
-    before = path.read_bytes()
-    drive = read(path.parent)
-    assert 50 < drive.ticks < 200
-    check_whole(drive, drive.ticks)
-    assert f"it has {len(before)} of its {len(whole)} bytes" in drive.omissions[0]
-    assert path.read_bytes() == before
 
 
 def test_sqlite_without_definitions(tmp_path: Path) -> None:
@@ -393,28 +343,3 @@ def test_other_encodings_of_a_reading_are_left_out(tmp_path: Path) -> None:
     assert (
         "topic '/foo': its messages are encoded as protobuf with jsonschema; left out" in drive.omissions[0]
     )
-
-
-DAMAGED = [
-    "UPDATE message_definitions SET topic_type = NULL, encoded_message_definition = NULL",
-    "UPDATE topics SET name = CAST(x'8f' AS TEXT)",
-    "UPDATE topics SET type = NULL",
-    "DROP TABLE topics",
-]
-
-
-@pytest.mark.parametrize("damage", DAMAGED)
-def test_sqlite_with_any_value_in_any_place_is_refused(tmp_path: Path, damage: str) -> None:
-    folder = write_folder(tmp_path / "drive")
-    with sqlite3.connect(next(folder.glob("*.db3"))) as database:
-        if "message_definitions" in damage:
-            database.execute("CREATE TABLE loose AS SELECT * FROM message_definitions")
-            database.execute("DROP TABLE message_definitions")
-            database.execute("ALTER TABLE loose RENAME TO message_definitions")
-        if "topics SET type" in damage:
-            database.execute("CREATE TABLE loose AS SELECT * FROM topics")
-            database.execute("DROP TABLE topics")
-            database.execute("ALTER TABLE loose RENAME TO topics")
-        database.execute(damage)
-    with pytest.raises(FileError, match=r"drive\.db3: it cannot be read"):
-        read(folder)

@@ -15,16 +15,16 @@ from understudy.addons.recordings.propose_behaviors import (
     make_constant_candidate,
     propose_behaviors,
 )
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.addons.recordings.segment import UNEXPLAINED, segment
 from understudy.errors import DefinitionError
+from understudy.records.record import Record
 
 Aim = tuple[float, float]
 FORWARD, ARC, BACK = (0.8, 0.0), (0.3, 0.6), (-0.5, 0.0)
 NAMES = {FORWARD: "forward", ARC: "arc", BACK: "back"}
 
 
-def drive_by(*spans: tuple[Aim, int], noise: float = 0.02, gain: float = 0.6) -> RecordedDrive:
+def drive_by(*spans: tuple[Aim, int], noise: float = 0.02, gain: float = 0.6) -> Record:
     """A drive with an aim for so many ticks, one after the other."""
     aims = [aim for aim, ticks in spans for _ in range(ticks)]
     return make_drive(follow(aims, noise=noise, gain=gain), {("x", None): np.zeros(len(aims))})

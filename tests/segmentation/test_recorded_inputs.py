@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.mapping_file import load_recording_map
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.addons.robots.inputs import SensorInputs
 from understudy.addons.robots.robot_file import parse_robot
 from understudy.records.messages import encode_message, make_message
+from understudy.records.record import Record
+from understudy.ui.cli.main import make_command_line
 
 pytest.importorskip("mcap")
 pytest.importorskip("rosbags")
@@ -258,7 +260,7 @@ def test_recorded_messages_give_the_readings_of_a_robot(
     assert len(drive.times) == 20
 
 
-def check_same(drive: RecordedDrive, live: SensorInputs, expected: Sequence[Mapping[Any, float]]) -> None:
+def check_same(drive: Record, live: SensorInputs, expected: Sequence[Mapping[Any, float]]) -> None:
     assert set(drive.values) == set(expected[0])
     for key, column in drive.values.items():
         np.testing.assert_array_equal(column, [each[key] for each in expected], str(key))
@@ -309,3 +311,33 @@ def test_what_was_not_recorded_is_left_out(tmp_path: Path) -> None:
         assert any(f"topic {name!r}: there is no message of it for {of}" in each for each in drive.omissions)
     assert ("near", None) not in drive.values
     assert np.isnan(drive.values["range", "home"]).all()
+
+
+WRONG_KEYS: list[tuple[str, str]] = [  # a mapping's table, what is said
+    ('[targets.home]\ntopic = "/scan"\nfield = "nope"\n', "map.toml at targets.home.field: is 'nope', which"),
+    (
+        '[targets.home]\ntopic = "/scan"\ntype = "our_msgs/msg/Foo"\n',
+        "map.toml at targets.home.type: is 'our_msgs",
+    ),
+    (
+        '[targets.home]\ntopic = "/scan"\ntype = "std_msgs/msg/Bool"\n',
+        "map.toml at targets.home.field: is 'pose",
+    ),
+]
+
+
+@pytest.mark.parametrize(("table", "said"), WRONG_KEYS)
+@pytest.mark.parametrize("command", [("learn", "drive"), ("replay",)])
+def test_what_is_wrong_in_the_mapping_file_names_it(
+    tmp_path: Path, table: str, said: str, command: tuple[str, ...]
+) -> None:
+    bag = write_bag(tmp_path / "drive.mcap", list(make_messages([], "Twist")), "Twist")
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(
+        'format = "understudy-recording-map/1"\ntime = "time_s"\n'
+        '[[commands]]\ncolumn = "/rover/cmd_vel.linear.x"\nchannel = "drive"\n' + table
+    )
+    done = CliRunner().invoke(make_command_line(), [*command, str(bag), "--map", str(mapping)])
+    assert done.exit_code == 2
+    assert said in " ".join(done.output.split()), done.output
+    assert "drive.mcap" not in done.output

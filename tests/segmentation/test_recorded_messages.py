@@ -12,8 +12,8 @@ import pytest
 from tests.segmentation.test_messages import BEGAN_NS, MAP, make_map
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.errors import FileError
+from understudy.records.record import Record
 
 pytest.importorskip("mcap")
 
@@ -34,7 +34,7 @@ def list_messages(
                 yield tick * 0.1 + late, topic, sent
 
 
-def read(folder: Path, messages: Sequence[Message], text: str = MAP) -> RecordedDrive:
+def read(folder: Path, messages: Sequence[Message], text: str = MAP) -> Record:
     from mcap.writer import Writer
 
     with (folder / "drive.mcap").open("wb") as file:

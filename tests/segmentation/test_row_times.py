@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.mapping_file import load_recording_map
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.errors import FileError
+from understudy.records.record import Record
 
 MAP = """format = "understudy-recording-map/1"
 time = {time}
@@ -35,7 +35,7 @@ def read(
     unit: str = "s",
     head: str = "t",
     more: str = "",
-) -> RecordedDrive:
+) -> Record:
     """Read a table whose rows are numbered, and alternate between two commands."""
     rows = [f"{at},{number},{number % 20 // 10}" for number, at in enumerate(times)]
     (folder / "drive.csv").write_text("\n".join([f"{head},number,drive", *rows]))

@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 
 import understudy
 from understudy.addons.recordings.driver_model import DriverModel, estimate_gain
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.addons.recordings.speed_share import estimate_shares, scale_aims
+from understudy.records.record import Episode, Record
 from understudy.runtime.body import Channel
 
 BEHAVIORS = {"forward": {"drive": 1.0}, "back": {"drive": -1.0}, "wait": {"drive": 0.0}}
 
 
-def make_drive(*episodes: list[float], rest: float = 0.0) -> RecordedDrive:
+def make_drive(*episodes: list[float], rest: float = 0.0) -> Record:
     """A drive with one channel, whose commands are given by episode."""
     ends = np.cumsum([0, *map(len, episodes)]).tolist()
-    return RecordedDrive(
+    return Record(
         np.arange(ends[-1]) / 10,
         {},
         np.concatenate(episodes)[:, None],
@@ -29,7 +29,7 @@ def make_drive(*episodes: list[float], rest: float = 0.0) -> RecordedDrive:
         (),
         (),
         0.1,
-        tuple(DriveEpisode(f"drive {k}", a, b) for k, (a, b) in enumerate(pairwise(ends))),
+        tuple(Episode(f"drive {k}", a, b) for k, (a, b) in enumerate(pairwise(ends))),
     )
 
 

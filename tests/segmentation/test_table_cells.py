@@ -10,10 +10,11 @@ from tests.segmentation.test_row_times import SECONDS
 
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.mapping_file import load_recording_map
-from understudy.addons.recordings.recorded_drive import RecordedDrive, align_labels, join_drives
 from understudy.addons.recordings.table_cells import format_label, read_cells
 from understudy.errors import DefinitionError, FileError
 from understudy.model.value_kinds import BOOLEAN, Categorical, Continuous, Kind
+from understudy.records.join_records import align_labels, join_records
+from understudy.records.record import Record
 
 nan = np.nan
 NUMBERS = Continuous()
@@ -85,7 +86,7 @@ SAID = [  # the cells of a column in turn, what is said
 ]
 
 
-def read(folder: Path, cells: Sequence[str], name: str = "drive.csv") -> RecordedDrive:
+def read(folder: Path, cells: Sequence[str], name: str = "drive.csv") -> Record:
     rows = [f"{at},{cells[row % len(cells)]},{row % 20 // 10}" for row, at in enumerate(SECONDS)]
     (folder / name).write_text("\n".join(["time_s,x,command.drive", *rows]))
     return read_recorded_drive(folder / name)
@@ -125,7 +126,7 @@ def test_labels_of_several_files(
     tmp_path: Path, ours: list[str], theirs: list[str], labels: str, firsts: list[str | None]
 ) -> None:
     drives = [read(tmp_path, ours, "ours.csv"), read(tmp_path, theirs, "theirs.csv")]
-    joined = join_drives(drives)
+    joined = join_records(drives)
     (reading,) = joined.readings
     assert str(reading.kind) == f"categorical({labels})"
     names = [
@@ -145,4 +146,4 @@ def test_numbers_and_labels_of_one_reading_are_refused(tmp_path: Path) -> None:
     with pytest.raises(
         DefinitionError, match=r"theirs.csv: its values of x are categorical\(a\|b\), but those of ours"
     ):
-        join_drives(drives)
+        join_records(drives)

@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
+import { ShowGrid } from "../gridview";
 import type { Score } from "../protocol";
 import { className, plain } from "../words";
 
@@ -10,8 +11,8 @@ export function ScoreLine() {
   const studio = useStudio();
   const panel = usePanel();
   const { session } = studio;
-  if (!studio.offers.includes("runs")) return null;
-  if (session === null || panel.form !== null || session.score.text === "") return null;
+  if (!studio.offers.includes("runs") || session === null || panel.form !== null) return null;
+  if (session.score.text === "") return <LineWithoutScore />;
   const { text, trend, enabled, running, goal, worse_since } = session.score;
   const fell = trend === "falling";
   const testable = enabled ? !text.startsWith("not measured") : goal !== "" && text === TURNED_OFF;
@@ -35,6 +36,7 @@ export function ScoreLine() {
             Keep going
           </ControlButton>
         )}
+        {testable && <ShowGrid />}
         <ControlButton
           class="link"
           title="After each press it runs in worlds that it was not taught in, beside the one here"
@@ -57,6 +59,20 @@ export function ScoreLine() {
         </p>
       )}
       <GoalLine score={session.score} />
+    </section>
+  );
+}
+
+/** Before the first press here there is no score, but what was taught before can run in other worlds. */
+function LineWithoutScore() {
+  const studio = useStudio();
+  if (studio.session?.score.goal === "" || studio.session?.presses === 0) return null;
+  return (
+    <section class="score" aria-label="In new worlds">
+      <div class="score-line">
+        <p>In new worlds</p>
+        <ShowGrid />
+      </div>
     </section>
   );
 }

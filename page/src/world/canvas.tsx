@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { useStudio } from "../context";
+import { GridView } from "../gridview";
 import type { Scene } from "../protocol";
 import { Latency } from "../latency";
 import { PadHint } from "../padhint";
@@ -76,6 +77,7 @@ export function WorldView() {
       )}
       <Latency />
       <PadHint />
+      <GridView />
       <Toast />
     </div>
   );

@@ -14,6 +14,7 @@ const NAMES = [
   "test",
   "accent",
   "food",
+  "danger",
 ] as const;
 
 export type Palette = Record<(typeof NAMES)[number], string>;

@@ -106,6 +106,7 @@ def judge_runs(
     criteria: Criteria,
     limit_s: float | Column,
     *,
+    also: Sequence[Monitor] = (),
     progress: Progress = skip_progress,
 ) -> JudgedRuns:
     """Run worlds until each has succeeded or reached its limit, and measure them.
@@ -120,6 +121,8 @@ def judge_runs(
         What counts as success, and what is measured.
     limit_s
         The time limit, s, one for all worlds or a column [B].
+    also
+        Further observers of the worlds, which look first.
     progress
         Function called repeatedly with the number of completed worlds and their total; an exception that it raises
         ends the runs.
@@ -141,7 +144,7 @@ def judge_runs(
     values = _EndValues(run, {name: each for name, each in criteria.metrics.items() if isinstance(each, str)})
     reader = make_raised_reader(run, criteria)
     success = _make_monitor(run, criteria, alone, stride=None if reader is None else reader.stride)
-    monitors: list[Monitor | None] = [recorder, reader, success, values]
+    monitors: list[Monitor | None] = [*also, recorder, reader, success, values]
     chosen = [each for each in monitors if each is not None]
     roll_out(run, chosen, limit_s, to_goal=success.to_goal, progress=progress)
     outcomes = success.make_outcomes(limit_s)

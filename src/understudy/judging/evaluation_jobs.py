@@ -8,13 +8,13 @@ from concurrent.futures import BrokenExecutor, Future, as_completed
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from itertools import pairwise
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import Any, Protocol
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.judging.evaluation import Evaluation, join_evaluations
 from understudy.judging.evaluation_task import EvaluationFailed, EvaluationTask
-from understudy.judging.process_pool import count_cores, run_calls
+from understudy.judging.process_pool import LOADING_S, count_cores, saves_time, share_calls
 from understudy.judging.rollout import Progress, skip_progress
 from understudy.judging.world_run import format_exception, name_value
 from understudy.sim.scenario.schema import Scenario
@@ -22,10 +22,8 @@ from understudy.sim.scenario.schema import Scenario
 PARTS_PER_PROCESS = 4
 """The number of jobs for each process, so that none waits long for the others and progress is seen."""
 
-TRIAL_S = 2.0
-"""The time after which the speed of this process is believed, s: at first it loads compiled kernels."""
-STARTUP_S = 4.0
-"""The time that processes must save to be started, s: each imports what this one has, and loads compiled kernels."""
+MOST_TRIED = 8
+"""The number of worlds that are tried together to learn what more of them cost."""
 
 
 class Job(Protocol):
@@ -88,11 +86,13 @@ def run_in_jobs(
     jobs: int,
     executor: Executor | None,
     progress: Progress,
-    clock: Callable[[], float] = perf_counter,
+    clock: Callable[[], float] | None = None,
 ) -> Evaluation:
     """Run a task in one world per seed in processes, or in the jobs of an executor; return the results in order.
 
     There are never more processes than cores, and none where the worlds that are left will take less time without.
+    `clock` tells how long worlds take, s. By default, it counts the processor time of worlds of scenarios, which other
+    programs do not make longer; bodies of one's own may wait for something, which counts too.
 
     Raises SettingError for what cannot be sent to a process, and EvaluationFailed, with the results of all other
     worlds, if a job fails.
@@ -102,46 +102,60 @@ def run_in_jobs(
         progress(0, len(seeds))
         return _collect(parts, _iterate_completed(_submit(executor, parts)), len(seeds), progress)
     check_pickling(task)
-    parts = []
     progress(0, len(seeds))
-    with closing(_run_here_or_in_processes(task, seeds, jobs, parts, clock)) as completed:
-        return _collect(parts, completed, len(seeds), progress)
+    trial = _Trial(task, seeds, min(jobs, count_cores()), clock)
+    calls = share_calls(trial.divide(), jobs=jobs, estimate_left_s=lambda: trial.left_s)
+    with closing(calls) as completed:
+        return _collect(trial.parts, completed, len(seeds), progress)
 
 
-def _run_here_or_in_processes(
-    task: EvaluationTask,
-    seeds: Sequence[int],
-    jobs: int,
-    parts: list[EvaluationJob],
-    clock: Callable[[], float],
-) -> Generator[tuple[int, Job], None, None]:
-    """Run some worlds here, and the rest in processes where that is faster; yield each part's number and result.
+class _Trial:
+    """The worlds of an evaluation in parts, of which the first tell how long the others take."""
 
-    The parts are added to `parts`: two worlds first, then twice as many each time. The very first world takes longer
-    than others, since it loads what is compiled.
-    """
-    begun, jobs = clock(), min(jobs, count_cores())
-    while len(parts) < 2 or clock() - begun < TRIAL_S:
-        many = 2 ** max(0, len(parts) - 1)
-        part, seeds, before = seeds[:many], seeds[many:], clock()
-        yield from _run_part(EvaluationJob(task, tuple(part)), parts)
-        left_s = (clock() - before) / len(part) * len(seeds)
-        if left_s * (1 - 1 / jobs) <= STARTUP_S:
-            if seeds:
-                yield from _run_part(EvaluationJob(task, tuple(seeds)), parts)
+    def __init__(
+        self, task: EvaluationTask, seeds: Sequence[int], jobs: int, clock: Callable[[], float] | None
+    ) -> None:
+        self._task, self._left, self._jobs = task, seeds, jobs
+        self._clock = clock or (thread_time if isinstance(task.world, Scenario) else perf_counter)
+        self.parts: list[EvaluationJob] = []
+        self.left_s = 0.0
+        """How long the worlds that are left would take here, s; 0 until that is known."""
+
+    def divide(self) -> Iterator[EvaluationJob]:
+        """Yield all worlds in parts; each is measured until the next one is asked for.
+
+        The first world loads what is compiled, so that its time tells nothing. Worlds of a scenario run side by side,
+        and many of them may take hardly longer than one. So if the time of the second world says that the rest takes
+        long, several are tried together, and what each of them adds is what counts.
+        """
+        yield from self._measure(1)
+        each_s = alone_s = yield from self._measure(1)
+        if isinstance(self._task.world, Scenario) and self._saves_time(alone_s):
+            many = min(MOST_TRIED, max(2, int(LOADING_S / alone_s)), len(self._left))
+            together_s = yield from self._measure(many)
+            each_s = max(0.0, together_s - alone_s) / max(1, many - 1)
+        if not self._left:
             return
-    first = len(parts)
-    parts += [EvaluationJob(task, part) for part in divide(seeds, jobs * PARTS_PER_PROCESS)]
-    with closing(run_calls(parts[first:], jobs=jobs)) as completed:
-        for number, job in completed:
-            yield first + number, job
+        parts = self._jobs * PARTS_PER_PROCESS if self._saves_time(each_s) else 1
+        self.left_s = each_s * len(self._left)
+        for part in divide(self._left, parts):
+            yield self._add(part)
 
+    def _saves_time(self, each_s: float) -> bool:
+        """Return whether processes save time if each world takes a time, s."""
+        return saves_time(each_s * len(self._left), self._jobs)
 
-def _run_part(part: EvaluationJob, parts: list[EvaluationJob]) -> Iterator[tuple[int, Job]]:
-    """Run a part here."""
-    parts.append(part)
-    for _, job in run_calls([part], jobs=1):
-        yield len(parts) - 1, job
+    def _measure(self, worlds: int) -> Generator[EvaluationJob, None, float]:
+        """Yield a part of some worlds, if there are any left; return how long it took, s."""
+        part, self._left = self._left[:worlds], self._left[worlds:]
+        before = self._clock()
+        if part:
+            yield self._add(part)
+        return self._clock() - before
+
+    def _add(self, seeds: Sequence[int]) -> EvaluationJob:
+        self.parts.append(EvaluationJob(self._task, tuple(seeds)))
+        return self.parts[-1]
 
 
 def divide(seeds: Sequence[int], parts: int) -> list[tuple[int, ...]]:

@@ -17,7 +17,6 @@ from math import isclose
 from understudy.errors import UnderstudyError
 from understudy.judging.rerun import Rerun, TracedRerun, WorldRerun, find_traced_run
 from understudy.judging.run_header import RecordedTick
-from understudy.judging.run_trace import BETWEEN
 from understudy.judging.tracing import (
     ActiveAutomaton,
     AgentRef,
@@ -27,6 +26,7 @@ from understudy.learning.explain import Explanation, explain
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.records.message_types import detect_state_change
+from understudy.records.record import BETWEEN
 from understudy.runtime.interpreter import RunningAutomaton
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
@@ -124,10 +124,10 @@ def explain_run(run: RecordedTick, scenario: Scenario, libraries: Libraries) -> 
     """
     roots = dict.fromkeys(run.ran.sorts, (run.behavior, run.ran.binding))
     rerun = WorldRerun(scenario, run.header.seed, libraries, roots)
-    rerun.trace(run.row.robot)
+    rerun.trace(run.robot)
     rerun.replay_to(run.ticks)
-    _check(rerun.world, rerun.paths[run.row.robot], run)
-    return _explain_tick(rerun, run.row.robot, run.row.time_s, run.row.time_s - run.header.tick_s)
+    _check(rerun.world, rerun.paths[run.robot], run)
+    return _explain_tick(rerun, run.robot, run.time_s, run.time_s - run.header.tick_s)
 
 
 def _explain_tick(rerun: TracedRerun, robot: int, time_s: float, decided_s: float) -> RunExplanation:
@@ -154,14 +154,12 @@ def find_latest_switch(rerun: TracedRerun, robot: int) -> DecisionReason | None:
 
 def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
     """Refuse a repeated run that differs from the recorded one at this tick."""
-    row, robots = run.row, world.view().robots
-    now = [float(column[row.robot]) for column in (robots.x, robots.y, robots.heading)]
+    now = [float(column[run.robot]) for column in world.view().pose.values()]
     same = all(
-        isclose(one, other, rel_tol=0.0, abs_tol=NEAR)
-        for one, other in zip(now, (row.x, row.y, row.heading), strict=True)
+        isclose(one, other, rel_tol=0.0, abs_tol=NEAR) for one, other in zip(now, run.pose, strict=True)
     )
-    if not same or (path and BETWEEN.join(path) != row.doing):
-        problem = f"at {row.time_s:g} s robot {row.robot} was to be in {row.doing!r}"
+    if not same or (path and BETWEEN.join(path) != run.format_states()):
+        problem = f"at {run.time_s:g} s robot {run.robot} was to be in {run.format_states()!r}"
         remedy = (
             "its world, its kit or Understudy is another since, so run it again with --trace, and ask that"
         )
@@ -259,7 +257,7 @@ def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
         tick, time_s = rerun.tick_count, float(recording.times[rerun.tick_count])
         rerun.tick()
         for agent, now in enumerate(rerun.paths):
-            recorded = tuple(recording.paths[agent][tick])
+            recorded = recording.records[agent].states[tick]
             before = differing.get(agent)
             if now == recorded:
                 same += 1
@@ -271,7 +269,7 @@ def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
             else:
                 differing[agent] = replace(before, until_s=time_s, ticks=before.ticks + 1)
     over = sorted((*over, *differing.values()), key=lambda each: (each.from_s, each.agent))
-    return ReplayDiff(recording.ticks * len(recording.paths), same, over)
+    return ReplayDiff(recording.ticks * len(recording.records), same, over)
 
 
 def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation:
@@ -281,7 +279,7 @@ def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation
     """
     recording = rerun.recording
     rerun.replay_to(tick + 1)
-    recorded, now = recording.paths[agent][tick], rerun.paths[agent]
+    recorded, now = recording.records[agent].states[tick], rerun.paths[agent]
     time_s = float(recording.times[tick])
     if recorded != now:
         problem = f"at {time_s:g} s it was in {BETWEEN.join(recorded)!r}, and is in {BETWEEN.join(now)!r}"

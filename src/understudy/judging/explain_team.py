@@ -218,7 +218,7 @@ def _explain(
         host,
         time_s,
         team.find_error(host),
-        recording.paths[0][tick],
+        recording.records[0].states[tick],
         _shift(explained, time_s - float(recording.times[tick]), "" if order is None else order.duty),
         order,
         _find_reports(team, squad, host, logged_ns, _list_keys(recording)) if squad else (),

@@ -6,8 +6,8 @@ import os
 import signal
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from contextlib import contextmanager
-from itertools import islice
+from contextlib import closing, contextmanager
+from itertools import chain, islice
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
@@ -16,12 +16,54 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 
+STARTUP_S = 4.0
+"""The time that processes must save to be started, s: each imports what this one has, and loads compiled kernels."""
+LOADING_S = 2.0
+"""The time of a first call that may go into loading compiled kernels, and so tells nothing of later ones, s."""
+
 
 def count_cores() -> int:
     """Count the processor cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def saves_time(left_s: float, jobs: int) -> bool:
+    """Return whether work that takes a time here, s, takes less with so many processes, their start included."""
+    return jobs > 1 and left_s * (1 - 1 / jobs) > STARTUP_S
+
+
+def share_calls(
+    calls: Iterable[Callable[[], Result]], *, jobs: int, estimate_left_s: Callable[[], float]
+) -> Generator[tuple[int, Future[Result]], None, None]:
+    """Run functions here while what is left is short, and then in processes; yield each as it ends.
+
+    There are never more processes than cores.
+
+    Parameters
+    ----------
+    calls
+        The functions, as `run_calls` takes them.
+    jobs
+        The largest number of processes.
+    estimate_left_s
+        Estimates the time that the functions that are left would take here, s; called for each one before it runs, when
+        the caller of this function has seen all results before.
+
+    Yields
+    ------
+    tuple[int, Future[Result]]
+        The number of a function, from 0, and what returns its result or raises its error.
+    """
+    jobs, left = min(jobs, count_cores()), iter(calls)
+    for number, call in enumerate(left):
+        if saves_time(estimate_left_s(), jobs):
+            with closing(run_calls(chain([call], left), jobs=jobs)) as completed:
+                for after, future in completed:
+                    yield number + after, future
+            return
+        yield number, _finish(call)
 
 
 def run_calls(

@@ -10,7 +10,8 @@ import msgspec
 from understudy.errors import UnderstudyError
 from understudy.judging.tracing import AgentRef, TracedRun, list_chain_of_command, make_tracing_runner
 from understudy.model.binding import Binding
-from understudy.records.reader import RESTART, RecordedDuty, Recording
+from understudy.records.reader import RecordedDuty, Recording
+from understudy.records.record import RESTART
 from understudy.records.replay import ReplayBody
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.link import IDLE_PROGRAM, Program
@@ -133,7 +134,7 @@ class Rerun(TracedRerun):
     ) -> None:
         super().__init__(libraries)
         self.recording = recording
-        self._body = ReplayBody(recording)
+        self._body = ReplayBody(recording.records, recording.head)
         self._team: Team | None = None
         self._begun: dict[int, list[RecordedDuty]] = {}
         members = -1 if scenario is None else len(assign_team_members(scenario).type_of)
@@ -165,8 +166,8 @@ class Rerun(TracedRerun):
             self.trace(agent)
         self._restarts = {
             (press.tick, agent): press.at_s
-            for agent, presses in enumerate(recording.presses)
-            for press in presses
+            for agent, record in enumerate(recording.records)
+            for press in record.presses
             if press.does == RESTART
         }
 

@@ -1,61 +1,54 @@
-"""Headers of traces: everything needed to repeat a recorded run, and how it is written and read."""
+"""What ran, as traces and recordings have it, to repeat a run: fingerprints of worlds and automata, and a moment."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 
-from understudy.errors import FileError, SettingError
-from understudy.extras import format_install_command
-from understudy.judging.run_trace import COLUMNS, COORDINATOR, VERSION, ReadingInfo, TraceRow
+from understudy.errors import SettingError
 from understudy.model.library import Library
 from understudy.records.header import RunInfo
+from understudy.records.record import BETWEEN, POSE, Record
+from understudy.records.trace_reader import NO_TRACE, REMEDY, TraceHeader, read_trace_records, refuse_trace
 from understudy.runtime.link import Child, Instance, Program
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
-from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import fingerprint_automaton, hash_content
-from understudy.storage.json_text import convert_decode_errors
-from understudy.storage.parquet import PARQUET
 
-REMEDY = "name a file that `understudy run --trace` wrote"
-Row = TypeVar("Row")
 SOON_S = 1e-6
 """The largest difference of two times, in s, that count as equal; times in traces are rounded."""
 
 
-class TraceHeader(msgspec.Struct, frozen=True):
-    """The first line of a trace; `run` has what is needed to repeat the run, None in traces without it.
-
-    The others are those of `TraceColumns`, which traces of version 1 lack.
-    """
-
-    scenario: str
-    seed: int
-    tick_s: float
-    robots: int
-    run: RunInfo | None = None
-    readings: dict[str, ReadingInfo] = {}
-    commands: dict[str, str] = {}
-    coordinators: dict[str, dict[str, ReadingInfo]] = {}
-
-
 @dataclass(frozen=True, slots=True)
 class RecordedTick:
-    """One robot of a recorded run at a moment: `row` is its line in the trace, after `ticks` ticks."""
+    """One robot of a recorded run, whose number and record these are, after `ticks` ticks."""
 
     header: TraceHeader
     ran: RunInfo
     scenario: str
     behavior: str
-    row: TraceRow
+    robot: int
+    record: Record
     ticks: int
+
+    @property
+    def time_s(self) -> float:
+        """The time in the run, s."""
+        return float(self.record.times[self.ticks - 1])
+
+    @property
+    def pose(self) -> list[float]:
+        """Its x and y (m) and heading (rad)."""
+        return [float(self.record.pose[name][self.ticks - 1]) for name in POSE]
+
+    def format_states(self) -> str:
+        """Format the states of all levels that it is in, outermost first."""
+        return BETWEEN.join(self.record.states[self.ticks - 1])
 
 
 def trace_entry(ran: RunInfo, scenario: Scenario) -> dict[str, Any]:
@@ -104,128 +97,23 @@ def read_recorded_tick(path: Path | str, *, robot: int, time_s: float) -> Record
     no such robot or ends before that time.
     """
     path = Path(path)
-    with convert_os_errors(path, "reading the trace", remedy=REMEDY):
-        header, rows = _parquet(path, robot) if path.suffix.lower() == PARQUET else _lines(path, robot)
+    header, records = read_trace_records(path, robot=robot)
     ran = header.run
     if ran is None:
         problem = "it does not say how the run was produced"
-        raise _no_trace(path, problem, "run it again with `understudy run --trace`, of this version")
+        raise refuse_trace(path, problem, "run it again with `understudy run --trace`, of this version")
     if ran.scenario is None or ran.behavior is None:
-        raise _other_file(path)
+        raise refuse_trace(path, NO_TRACE, REMEDY)
     if not 0 <= robot < header.robots:
         remedy = f"count from 0 to {header.robots - 1}"
         raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
-    if not rows:
-        raise _no_trace(
-            path, f"it has no data of robot {robot}", "run it again with `understudy run --trace`"
-        )
-    if time_s > rows[-1].time_s + header.tick_s / 2:
-        problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {rows[-1].time_s:g}"
+    if not records:
+        problem, remedy = f"it has no data of robot {robot}", "run it again with `understudy run --trace`"
+        raise refuse_trace(path, problem, remedy)
+    (record,) = records
+    end_s = float(record.times[-1])
+    if time_s > end_s + header.tick_s / 2:
+        problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {end_s:g}"
         raise SettingError(where=str(path), setting="--time", problem=problem, remedy=remedy)
-    ticks = max(1, sum(row.time_s <= time_s + SOON_S for row in rows))
-    return RecordedTick(header, ran, ran.scenario, ran.behavior, rows[ticks - 1], ticks)
-
-
-def read_trace(path: Path | str) -> tuple[TraceHeader, list[dict[str, Any]]]:
-    """Read the header of a trace, and all its rows by the titles of their columns; FileError if it is no trace.
-
-    Rows in JSON lines lack the columns that their agents do not have; in Parquet these are None.
-    """
-    path = Path(path)
-    with convert_os_errors(path, "reading the trace", remedy=REMEDY):
-        if path.suffix.lower() != PARQUET:
-            header, lines = _decode_lines(path, dict[str, Any])
-            return header, lines
-        about, rows, titles = _query(path, "SELECT *", "ORDER BY time_s")
-        return _header(about, path), [dict(zip(titles, row, strict=True)) for row in rows]
-
-
-def is_trace(path: Path | str) -> bool:
-    """Return whether a file begins as a trace does; one that cannot be read does not."""
-    path = Path(path)
-    try:
-        with path.open("rb") as lines:
-            first = next(lines, b"")
-        about = _query(path, "SELECT 1", "LIMIT 0")[0] if path.suffix.lower() == PARQUET else first
-        _header(about, path)
-    except (OSError, FileError):
-        return False
-    return True
-
-
-def _lines(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
-    header, rows = _decode_lines(path, TraceRow, leave_out=f'"{COORDINATOR}":'.encode())
-    return header, [row for row in rows if row.robot == robot]
-
-
-def _decode_lines(path: Path, kind: type[Row], *, leave_out: bytes = b"") -> tuple[TraceHeader, list[Row]]:
-    """Decode the rows of a trace in JSON lines, but those that contain `leave_out`."""
-    decode = msgspec.json.Decoder(kind).decode
-    with path.open("rb") as lines:
-        header = _header(next(lines, b""), path)
-        try:
-            whole = (
-                line for line in lines if line.endswith(b"\n")
-            )  # a run that was killed ends within a line
-            with convert_decode_errors():
-                rows = [
-                    decode(line) for line in whole if line.strip() and not (leave_out and leave_out in line)
-                ]
-        except msgspec.MsgspecError as error:
-            raise _no_trace(path, f"a line of it cannot be read ({error})", "restore it") from None
-    return header, rows
-
-
-def _parquet(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
-    select = f"SELECT {', '.join(COLUMNS)}"
-    about, rows, _ = _query(path, select, "WHERE robot = ? ORDER BY time_s", robot)
-    return _header(about, path), [TraceRow(*row) for row in rows]
-
-
-def _query(
-    path: Path, select: str, where: str, *values: object
-) -> tuple[bytes, list[tuple[Any, ...]], list[str]]:
-    """Query a trace in Parquet; return its header, the rows, and the titles of their columns."""
-    try:
-        duckdb = import_module("duckdb")
-    except ImportError:
-        problem = "it is Parquet, which needs DuckDB"
-        raise _no_trace(path, problem, format_install_command("parquet")) from None
-    with duckdb.connect() as database, path.open("rb"):
-        try:
-            about = database.execute(
-                "SELECT value FROM parquet_kv_metadata(?) WHERE decode(key) = 'understudy'", [str(path)]
-            ).fetchone()
-            result = database.execute(f"{select} FROM read_parquet(?) {where}", [str(path), *values])
-            titles = [column[0] for column in result.description]
-            return (about[0] if about else b""), result.fetchall(), titles
-        except duckdb.Error as error:
-            raise _no_trace(path, f"it cannot be read ({error})", "restore it") from None
-
-
-def _header(line: bytes, path: Path) -> TraceHeader:
-    try:
-        with convert_decode_errors():
-            header: dict[str, Any] = msgspec.json.decode(line)
-        if header.get("format") != "understudy trace":
-            raise ValueError
-        if header.get("version", 1) not in range(1, VERSION + 1):
-            remedy = "read it with the version of Understudy that wrote it"
-            raise _no_trace(path, f"its version is {header['version']!r:.20}", remedy)
-        if header.get("run") and not header["run"].keys() >= set(RunInfo.__struct_fields__) - {
-            "seed",
-            "agent",
-            "squad",
-        }:
-            raise ValueError
-        return msgspec.convert(header, TraceHeader)
-    except (ValueError, AttributeError):  # msgspec's own errors are ValueErrors, too
-        raise _other_file(path) from None
-
-
-def _other_file(path: Path) -> FileError:
-    return _no_trace(path, "it is not a trace of a run", REMEDY)
-
-
-def _no_trace(path: Path, problem: str, remedy: str) -> FileError:
-    return FileError(path=path, place="", problem=problem, remedy=remedy)
+    ticks = max(1, int((record.times <= time_s + SOON_S).sum()))
+    return RecordedTick(header, ran, ran.scenario, ran.behavior, robot, record, ticks)

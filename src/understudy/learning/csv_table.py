@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -76,8 +76,17 @@ def read_lesson_table(
     `flags` are the states in which it stops and raises a flag; None: *done* and *failed*, if they have no examples of
     their own.
     """
+    return read_lesson_and_lines(path, name=name, flags=flags)[0]
+
+
+def read_lesson_and_lines(
+    path: Path | str, *, name: str | None = None, flags: Sequence[str] | None = None
+) -> tuple[Lesson, Mapping[int, str]]:
+    """Read a lesson as `read_lesson_table` does; return it with the line of each example, such as "line 2"."""
     path = Path(path)
-    return parse_lesson(_read_table(path), name=path.stem if name is None else name, flags=flags)
+    table = _read_table(path)
+    lesson = parse_lesson(table, name=path.stem if name is None else name, flags=flags)
+    return lesson, {number: place for number, (place, _) in enumerate(table.rows)}
 
 
 def read_query_rows(path: Path | str, lesson: Lesson) -> tuple[QueryRow, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
+from types import MappingProxyType
 
 from understudy.learning.fit import learn_state
 from understudy.learning.training_set import (
@@ -45,8 +46,8 @@ class StateReport:
 class ContradictedExample:
     """An example that is decided otherwise than shown.
 
-    `place` says where it is from: a recording, or its number in the lesson. In `state` it shows `next`, and what was
-    learned decides `decided`.
+    `place` says where it is from: a line of a table, a recording, or its number in the lesson. In `state` it shows
+    `next`, and what was learned decides `decided`.
     """
 
     place: str
@@ -76,8 +77,10 @@ class Report:
     contradicted: tuple[ContradictedExample, ...]
 
 
-def learn_and_report(lesson: Lesson) -> Report:
+def learn_and_report(lesson: Lesson, *, lines: Mapping[int, str] = MappingProxyType({})) -> Report:
     """Learn a lesson, and report on each state that has a transition function.
+
+    `lines` are the places of examples in the table that they are from, by their numbers.
 
     In a stateless lesson all states share one function and its `fit_ms`, which is the time from Example objects
     to a finished function, without compiling the kernel.
@@ -96,7 +99,9 @@ def learn_and_report(lesson: Lesson) -> Report:
         function, fit_ms = shared
         transitions[name] = function
         against, overruled = (find(lesson, name, function) for find in (find_disagreements, find_overruled))
-        contradicted += [_describe_contradicted(lesson, each, function) for each in (*against, *overruled)]
+        contradicted += [
+            _describe_contradicted(lesson, each, function, lines) for each in (*against, *overruled)
+        ]
         states[name] = StateReport(
             conditions=_sentences(lesson, name, function),
             nodes=len(function.nodes) if isinstance(function, Tree) else 0,
@@ -111,9 +116,13 @@ def learn_and_report(lesson: Lesson) -> Report:
     return Report(transitions, states, count - len(contradicted), count, tuple(contradicted))
 
 
-def _describe_contradicted(lesson: Lesson, example: Example, function: Transition) -> ContradictedExample:
+def _describe_contradicted(
+    lesson: Lesson, example: Example, function: Transition, lines: Mapping[int, str]
+) -> ContradictedExample:
     decided = name_next_state(lesson.automaton, example.state, function.decide(example.values))
     place = f"example {example.number}" if example.source is None else str(example.source)
+    if example.number in lines:
+        place = f"{lines[example.number]} ({place})"
     return ContradictedExample(place, example.state, example.next, decided, example.kind)
 
 

@@ -65,6 +65,9 @@ class Command(Mapping[str, float]):
         return f"Command({', '.join(f'{key}={value!r}' for key, value in self._channels.items())})"
 
 
+MOST_COUNTED = 2.0**53
+"""The largest number by or to which a behavior changes a counter: no run makes the counter infinite."""
+
 IDLE = Command()
 """The command that leaves all channels at rest."""
 
@@ -89,11 +92,11 @@ class StateEffect:
                 problem="a timer cannot be incremented",
                 remedy="set it or reset it",
             )
-        if not isfinite(self.value):
+        if not abs(self.value) <= MOST_COUNTED:
             raise DefinitionError(
                 what=f"{self.of} {self.name!r}",
                 problem=f"a behavior changes it by or to {self.value}",
-                remedy="give a finite number, or reset it",
+                remedy=f"give a number from -{MOST_COUNTED:.0f} to {MOST_COUNTED:.0f}, or reset it",
             )
 
 
@@ -105,7 +108,7 @@ def set_counter(name: str, value: float) -> StateEffect:
     name
         Name of the counter.
     value
-        Finite number that the counter is set to.
+        Number that the counter is set to, at most 2**53 in size.
 
     Returns
     -------
@@ -115,7 +118,7 @@ def set_counter(name: str, value: float) -> StateEffect:
     Raises
     ------
     DefinitionError
-        If `value` is infinite or NaN.
+        If `value` is larger, infinite or NaN.
     """
     return StateEffect("set", "counter", name, value)
 
@@ -128,7 +131,7 @@ def increment(name: str, by: float = 1.0) -> StateEffect:
     name
         Name of the counter.
     by
-        Finite number that is added; it may be negative.
+        Number that is added, at most 2**53 in size; it may be negative.
 
     Returns
     -------
@@ -138,7 +141,7 @@ def increment(name: str, by: float = 1.0) -> StateEffect:
     Raises
     ------
     DefinitionError
-        If `by` is infinite or NaN.
+        If `by` is larger, infinite or NaN.
     """
     return StateEffect("increment", "counter", name, by)
 

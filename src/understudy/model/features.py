@@ -39,6 +39,15 @@ def format_reading_label(key: ReadingKey) -> str:
     return name if target is None else f"{name}({target})"
 
 
+def parse_reading_label(label: str) -> ReadingKey:
+    """Return the name and the target of a reading from its label, such as "range(station)"."""
+    name, opened, rest = label.partition("(")
+    target = rest.removesuffix(")")
+    if not (name and opened and target) or target == rest or ")" in target:
+        return label, None
+    return name, target
+
+
 class ReadingsView:
     """The readings of the robot, or those about one target, as attributes: `robot.heading` is an array of shape [N].
 

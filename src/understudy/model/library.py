@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Self, TypeVar
@@ -393,6 +393,34 @@ def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
             names[each] = None
             waiting += [state.behavior or "" for state in library.taught[each].automaton.states]
     return tuple(names)
+
+
+def list_missing_parts(
+    trained: TrainedAutomaton | None, readings: Collection[str], targets: Collection[str]
+) -> list[str]:
+    """List the readings and targets that an automaton learned from a recording or a table needs, and a body lacks.
+
+    Parameters
+    ----------
+    trained
+        The automaton with its lesson; nothing is missing for one that was taught with a kit.
+    readings
+        Names of the body's readings.
+    targets
+        Names of its targets.
+
+    Returns
+    -------
+    list of str
+        The names of what is missing.
+    """
+    kit = None if trained is None or trained.lesson is None else trained.lesson.kit
+    if kit is None:
+        return []
+    needed = [each.reading for each in kit.features.values() if isinstance(each, Feature) and each.reading]
+    return [each for each in needed if each not in readings] + [
+        each for each in kit.targets if each not in targets
+    ]
 
 
 def make_lesson_kit(automaton: Automaton, library: Library) -> Kit:

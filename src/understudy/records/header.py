@@ -80,6 +80,13 @@ class _HeadBody(msgspec.Struct, frozen=True):
     channels: list[_HeadChannel]
 
 
+class ReadingInfo(msgspec.Struct, frozen=True):
+    """The kind of a reading, as files write it, and its unit."""
+
+    kind: str
+    unit: str = ""
+
+
 class RecordingHeader(msgspec.Struct, frozen=True):
     """The header of a recording.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,27 +35,22 @@ from understudy.records.message_types import (
     resolve_topic_name,
 )
 from understudy.records.messages import MessageRefused, decode_message
+from understudy.records.record import (
+    PRESS,
+    TEACH,
+    TEST,
+    TRAIN,
+    Episode,
+    Floats,
+    Record,
+    RecordedPress,
+)
 from understudy.records.recorder import COMMANDS, DUTIES, PRESSES, STEPS, TOPICS
+from understudy.runtime.body import Channel
 
-PRESS, TEST, TRAIN, TEACH, RESTART, GO_ON = "press", "test", "train", "teach", "restart", "resume"
-"""The steps of a session that a recording can have."""
 MOST_BYTES = 2**30
 """The largest size of a record, so that a damaged length cannot fill the memory."""
 REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedPress:
-    """A press that takes effect at a tick, counted from 0: a switch to `state`, or a confirmation (None).
-
-    Tables of presses may have other steps of a session too; `does` is the step.
-    """
-
-    tick: int
-    state: str | None
-    does: str = PRESS
-    at_s: float | None = None
-    """The body's time at the press, in s; None if unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,32 +92,30 @@ class RecordedDuty:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A recorded run.
+    """A run in a recording.
 
-    `times` [T] are the body's times of the ticks, in s, and `values` [T, K, N] the readings. `paths` has the states
-    of all levels after each tick, and `presses` the presses, both by agent. `whole` is True if the file was closed,
-    not killed. `runs` is the number of runs in the file, of which this is one. `logged_ns` [T] are the times at
-    which the ticks were recorded, in ns since 1970, and `duties` has what each agent of a team began, by agent.
+    `records` has the record of each agent, with the same ticks. `whole` is True if the file was closed, not killed.
+    `runs` is the number of runs in the file, of which this is one. `logged_ns` [T] are the times at which the ticks
+    were recorded, in ns since 1970, and `duties` has what each agent of a team began, by agent.
     """
 
     path: Path
     head: RecordingHeader
-    times: Column
-    keys: tuple[ReadingKey, ...]
-    values: NDArray[np.float64]
-    paths: Sequence[Sequence[tuple[str, ...]]]
-    presses: Sequence[Sequence[RecordedPress]]
+    records: tuple[Record, ...]
     whole: bool
     runs: int = 1
     logged_ns: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     duties: Sequence[Sequence[RecordedDuty]] = ()
-    commands: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    """The commands by channel, shape [T, N] each; none if the recording has none, as those of earlier versions."""
+
+    @property
+    def times(self) -> Column:
+        """The body's times of the ticks, shape [T], s."""
+        return self.records[0].times
 
     @property
     def ticks(self) -> int:
         """The number of ticks, T."""
-        return len(self.times)
+        return self.records[0].ticks
 
 
 def has_own_header(path: Path | str) -> bool | None:
@@ -280,40 +273,68 @@ class _FileReader:
         key_of = {format_reading_label(key): key for key in _keys(head)}
         if any(column.names != names for column in self._readings) or not key_of.keys() >= set(names):
             raise _no_recording(path, "its readings are not those of its head")
-        return Recording(
-            path,
-            head,
-            np.array(self._readings[0].times[:ticks]),
-            tuple(key_of[name] for name in names),
-            np.stack([np.array(column.values[:ticks]) for column in self._readings], axis=2),
-            [each[:ticks] for each in self._paths],
-            self._presses,
-            whole,
-            self.runs,
-            np.array(self._readings[0].logged_ns[:ticks], np.int64),
-            self._duties,
-            self._arrange_commands(self._readings[0].times[:ticks]),
+        times = np.array(self._readings[0].times[:ticks])
+        records = [
+            self._make_record(path, head, agent, times, tuple(key_of[name] for name in names))
+            for agent in range(len(head.names))
+        ]
+        logged_ns = np.array(self._readings[0].logged_ns[:ticks], np.int64)
+        return Recording(path, head, tuple(records), whole, self.runs, logged_ns, self._duties)
+
+    def _make_record(
+        self, path: Path, head: RecordingHeader, agent: int, times: Column, keys: Sequence[ReadingKey]
+    ) -> Record:
+        values = np.array(self._readings[agent].values[: len(times)])
+        names = next((each.names for each in self._commands if each.times), ())
+        name = head.names[agent].strip("/")
+        return Record(
+            times=times,
+            values={key: values[:, column] for column, key in enumerate(keys)},
+            commands=self._arrange_commands(agent, names, times),
+            channels=tuple(_find_channel(head, each) for each in names),
+            readings=tuple(head.readings),
+            targets=tuple(head.targets),
+            tick_s=head.tick_s,
+            episodes=(Episode(path.name, 0, len(times)),),
+            states=tuple(self._paths[agent][: len(times)]),
+            presses=tuple(_mark_corrections(self._presses[agent])),
+            agent=name or f"robot {agent}",
+            source=str(path),
+            seed=head.ran.seed if head.ran.scenario is not None else None,
+            behavior=head.ran.behavior or "",
         )
 
-    def _arrange_commands(self, times: Sequence[float]) -> dict[str, NDArray[np.float64]]:
-        """Return the commands [T, N] by channel; NaN in ticks that have none, empty if no tick has any."""
-        names = next((each.names for each in self._commands if each.times), ())
-        tick_of = {time_s: tick for tick, time_s in enumerate(times)}
-        table = np.full((len(names), len(times), len(self._commands)), np.nan)
-        for agent, column in enumerate(self._commands):
-            if column.names != names:
-                continue
+    def _arrange_commands(self, agent: int, names: tuple[str, ...], times: Column) -> Floats:
+        """Return the commands [T, C] of an agent; NaN in ticks that have none."""
+        tick_of = {time_s: tick for tick, time_s in enumerate(times.tolist())}
+        table, column = np.full((len(times), len(names)), np.nan), self._commands[agent]
+        if column.names == names:
             for time_s, values in zip(column.times, column.values, strict=True):
                 if time_s in tick_of:
-                    table[:, tick_of[time_s], agent] = values
-        return dict(zip(names, table, strict=True))
+                    table[tick_of[time_s]] = values
+        return table
+
+
+def _find_channel(head: RecordingHeader, name: str) -> Channel:
+    return next((each for each in head.channels if each.name == name), Channel(name))
+
+
+def _mark_corrections(steps: Sequence[RecordedPress]) -> Iterator[RecordedPress]:
+    """Yield steps of a session; those presses are corrections that end a test of the automaton."""
+    is_tested = False
+    for step in steps:
+        if step.does in (TEST, TRAIN, TEACH):
+            is_tested = step.does == TEST
+        is_press = step.does == PRESS
+        yield replace(step, correction=is_tested) if is_press and is_tested else step
+        is_tested = is_tested and not is_press
 
 
 def _step(tick: int, text: str) -> RecordedPress:
     """Parse a recorded step with its time, such as "restart 12.5"."""
     does, _, at = text.partition(" ")
     try:
-        return RecordedPress(tick, None, does, float(at) if at else None)
+        return RecordedPress(tick, None, does=does, at_s=float(at) if at else None)
     except ValueError:
         raise MessageRefused(type=TEXT, problem=f"{text!r:.60} is not a step of a session") from None
 

@@ -111,6 +111,11 @@ class WorldView:
     """The number of boxes that robots have pulled to a home."""
 
     @property
+    def pose(self) -> dict[str, Floats]:
+        """The place of each robot: x and y (m) and heading (rad), [N] each."""
+        return {"x": self.robots.x, "y": self.robots.y, "heading": self.robots.heading}
+
+    @property
     def polygons(self) -> tuple[Floats, ...]:
         """The corners [P, 2] of each polygonal obstacle (m)."""
         polygons, first = [], 0

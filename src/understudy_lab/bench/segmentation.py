@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from understudy.addons.recordings.candidates import BehaviorCandidate
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.addons.recordings.segment import segment
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import NOTHING_BOUND
+from understudy.records.record import Episode, Record
 from understudy.runtime.body import Channel
 from understudy.runtime.link import GroundBehavior
 from understudy_lab.bench.harness import medians
@@ -33,7 +33,7 @@ def make_candidates() -> list[BehaviorCandidate]:
     return [BehaviorCandidate(GroundBehavior(each, NOTHING_BOUND)) for each in behaviors]
 
 
-def make_drive(ticks: int = TICKS) -> RecordedDrive:
+def make_drive(ticks: int = TICKS) -> Record:
     """Make a drive in which a hand with noise follows another behavior every two seconds."""
     random = np.random.default_rng(1)
     commands = [
@@ -47,7 +47,7 @@ def make_drive(ticks: int = TICKS) -> RecordedDrive:
         hand = hand + GAIN * (aims[tick] - hand)
         moved[tick] = hand + noise[tick]
     channels = (Channel("drive"), Channel("turn"))
-    return RecordedDrive(
+    return Record(
         np.arange(ticks, dtype=np.float64) * TICK_S,
         {},
         moved,
@@ -55,7 +55,7 @@ def make_drive(ticks: int = TICKS) -> RecordedDrive:
         (),
         (),
         TICK_S,
-        (DriveEpisode("drive", 0, ticks),),
+        (Episode("drive", 0, ticks),),
     )
 
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from understudy.addons.recordings.drive_kit import list_drive_features, make_candidates
 from understudy.addons.recordings.lesson_from_drive import to_lesson
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.learning.fit import learn_automaton
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.records.record import Episode, Record
 from understudy.runtime.body import Body
 from understudy.training.lesson_design import parse_feature
 
@@ -137,7 +137,7 @@ class DriverProgram(Protocol):
 class MeantDrive(NamedTuple):
     """A recording, and the index of the behavior that the driver meant in each tick [T]."""
 
-    recording: RecordedDrive
+    recording: Record
     meant: Ints
 
 
@@ -213,7 +213,7 @@ def record_drives(
     def join(columns: Floats) -> Floats:
         return np.concatenate([columns[:end, world] for world, end in enumerate(stops)])
 
-    recording = RecordedDrive(
+    recording = Record(
         np.concatenate([np.arange(end) * body.tick_s for end in stops]),
         {key: join(table[:, index]) for index, key in enumerate(keys)},
         join(np.array(commands)),
@@ -221,10 +221,7 @@ def record_drives(
         tuple(each for each in body.readings if each.name in {name for name, _ in keys}),
         tuple(dict.fromkeys(target for _, target in keys if target is not None)),
         body.tick_s,
-        tuple(
-            DriveEpisode(f"{place} {seed}", a, a + n)
-            for seed, a, n in zip(seeds, firsts, stops, strict=False)
-        ),
+        tuple(Episode(f"{place} {seed}", a, a + n) for seed, a, n in zip(seeds, firsts, stops, strict=False)),
     )
     return MeantDrive(recording, join(np.array(meant)).astype(np.int64))
 
@@ -336,7 +333,7 @@ def judge_labels(segmentation: Segmentation, meant: NDArray[np.int64], hand: Sti
     )
 
 
-def find_switches(labels: NDArray[np.int64], meant: NDArray[np.int64], recording: RecordedDrive) -> Flags:
+def find_switches(labels: NDArray[np.int64], meant: NDArray[np.int64], recording: Record) -> Flags:
     """Return for each true switch whether there is one to the same label within 0.3 s."""
     hits = []
     for episode in recording.episodes:

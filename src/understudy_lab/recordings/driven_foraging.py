@@ -11,10 +11,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.recordings.recorded_drive import join_drives
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Library
 from understudy.model.value_kinds import NO, YES
+from understudy.records.join_records import join_records
 from understudy.sim.forage import FORAGE_KIT, Forage, make_practice_worlds
 from understudy_lab.recordings.drive_recording import (
     DrivenLesson,
@@ -169,7 +169,7 @@ def drive_level(level: str, hand: StickSettings, seed: int) -> MeantDrive:
         )  # fmt: skip
         first += count
     return MeantDrive(
-        join_drives([each.recording for each in drives]), np.concatenate([each.meant for each in drives])
+        join_records([each.recording for each in drives]), np.concatenate([each.meant for each in drives])
     )
 
 

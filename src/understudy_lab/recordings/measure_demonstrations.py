@@ -25,7 +25,6 @@ from understudy.addons.recordings.drive_examples import name_state
 from understudy.addons.recordings.drive_kit import list_drive_features
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
 from understudy.addons.recordings.pair_report import take_pairs
-from understudy.addons.recordings.recorded_drive import RecordedDrive, join_drives
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.stateless_lesson import choose_stateless
 from understudy.learning.fit import learn_automaton
@@ -33,6 +32,8 @@ from understudy.model.behaviors import Behavior
 from understudy.model.features import BoundFeature, Feature, ReadingsView, feature
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.value_kinds import Column, Continuous
+from understudy.records.join_records import join_records
+from understudy.records.record import Record
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.link import link
@@ -96,7 +97,7 @@ MORE_FEATURES: Mapping[str, Sequence[str]] = {
 """The features of each folder that labels are found with."""
 
 
-def make_demonstration_library(drive: RecordedDrive, behaviors: Sequence[str]) -> Library:
+def make_demonstration_library(drive: Record, behaviors: Sequence[str]) -> Library:
     """Make a library of the readings of demonstrations, what is computed of them, and behaviors by name."""
     readings = (Feature(each.name, each.kind, each.name) for each in drive.readings)
     return Library(Kit.from_parts(*readings, *COMPUTED, *map(Behavior, behaviors)))
@@ -123,7 +124,7 @@ def learn_from_labels(segmentation: Segmentation, features: Sequence[str], *, pa
     return made.library.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
 
 
-def run_over_readings(library: Library, drive: RecordedDrive, names: Sequence[str]) -> NDArray[np.int64]:
+def run_over_readings(library: Library, drive: Record, names: Sequence[str]) -> NDArray[np.int64]:
     """Run the automaton over recorded readings; return the index of the state's name at each tick, -1 for others."""
     program = link(library, NAME)
     columns = [read_feature_column(each, drive.percept, agents=drive.ticks) for each in program.features]
@@ -181,7 +182,7 @@ def score_automaton(
     models = MODELS[folder]
     labels = label_demonstrations(learned, models, MORE_FEATURES[folder])
     library = learn_from_labels(labels, FEATURES[folder], pairs=pairs)
-    drive = join_drives([each.drive for each in unseen])
+    drive = join_records([each.drive for each in unseen])
     states = run_over_readings(library, drive, [each.name for each in models])
     episodes = zip(unseen, drive.episodes, strict=True)
     return [100 * float((states[episode.ticks] == each.truth).mean()) for each, episode in episodes]

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from understudy.addons.recordings.candidates import CommandModel
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import ReadingsView
 from understudy.model.value_kinds import Column, Continuous
+from understudy.records.record import Episode, Record
 from understudy.runtime.body import Channel, Reading
 
 TRUTH, COMMAND = "HA", "LA."
@@ -25,7 +25,7 @@ TRUTH, COMMAND = "HA", "LA."
 class Demonstration:
     """A demonstration, and the true action of each tick, which serves only to score labels."""
 
-    drive: RecordedDrive
+    drive: Record
     truth: Column
 
 
@@ -38,7 +38,7 @@ def read_demonstration(path: Path) -> Demonstration:
     channels = [name for name in columns if name.startswith(COMMAND)]
     named = [name for name in columns if name not in (TRUTH, *channels)]
     times = np.arange(len(table), dtype=np.float64)
-    drive = RecordedDrive(
+    drive = Record(
         times,
         {(name, None): columns[name] for name in named},
         np.column_stack([columns[name] for name in channels]),
@@ -46,7 +46,7 @@ def read_demonstration(path: Path) -> Demonstration:
         tuple(Reading(name, Continuous()) for name in named),
         (),
         1.0,
-        (DriveEpisode(path.name, 0, len(table)),),
+        (Episode(path.name, 0, len(table)),),
     )
     return Demonstration(drive, columns[TRUTH])
 

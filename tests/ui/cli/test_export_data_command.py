@@ -10,7 +10,7 @@ import pytest
 from tests.make.transcripts import FOLDER
 from tests.ui.cli.commands import run, run_json
 
-from understudy.judging.episodes.sources import read_episodes
+from understudy.judging.record_files import read_records
 from understudy.learning.csv_table import read_lesson_table
 from understudy.learning.fit import learn
 from understudy.storage.library_folder import open_document
@@ -71,7 +71,7 @@ def test_it_says_what_it_wrote(tmp_path: Path) -> None:
 def test_runs_become_one_data_set(to: str, tmp_path: Path) -> None:
     out = tmp_path / "runs-v0"
     told = run_json("export", "data", JOURNAL, JOURNAL, "--to", to, "--out", out)
-    episodes = 2 * read_episodes(JOURNAL)
+    episodes = 2 * read_records(JOURNAL)
     whole = [each for each in episodes if to == "lerobot" or each.ticks > 1]
     assert told == {
         "sources": [str(JOURNAL), str(JOURNAL)],

@@ -265,3 +265,15 @@ def test_learn_says_that_watched_examples_alone_teach_nothing(tmp_path: Path) ->
     table = tmp_path / "watched.csv"
     table.write_text("state,next,kind,distance:continuous\nforward,forward,watched,1\n", encoding="utf-8")
     assert run("learn", table).stdout == "Nothing was learned: no example was made by a press.\n"
+
+
+def test_examples_that_are_decided_otherwise_are_named_by_their_lines(tmp_path: Path) -> None:
+    table = tmp_path / "lesson.csv"
+    table.write_text(  # an empty line, and a cell of two lines
+        "state,next,kind,distance:continuous\n\nforward,forward,directive,2\n"
+        'forward,"stop\n",directive,9\nforward,turn,directive,2\n'
+    )
+    told = run_json("learn", table)
+    assert [each["place"] for each in told["contradicted"]] == ["line 6 (example 2)"]
+    text = " ".join(run("learn", table).stdout.split())
+    assert "line 6 (example 2): forward stays, and was shown to go to turn" in text

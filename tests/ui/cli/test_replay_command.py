@@ -117,7 +117,7 @@ def test_where_another_library_decides_otherwise_is_shown(library: Path, tmp_pat
     assert decision["conditions"] == ["distance_to(A) is below 0.4 m"]
     recording = read_recording(path)
     tick = int(np.searchsorted(recording.times, first["time_s"] - 1e-6))
-    distance = recording.values[tick, recording.keys.index(("range", "nearest_food")), 0]
+    distance = recording.records[0].values["range", "nearest_food"][tick]
     assert 0.3 <= distance < 0.4
     assert decision["values"]["distance_to(A)"] == distance
     assert told["same"] == told["decisions"] - first["ticks"]
@@ -161,7 +161,7 @@ def test_a_coordinator_decides_again_as_recorded(tmp_path: Path) -> None:
     )
     assert told["robots"] == 4
     recording = read_recording(path)
-    assert len({path[0] for path in recording.paths[0]}) > 1  # it was ordered to do several things
+    assert len({path[0] for path in recording.records[0].states}) > 1  # it was ordered to do several things
     again = run_json("run", "--replay", path)
     assert (again["decisions"], again["differences"]) == (4 * recording.ticks, [])
 
@@ -190,7 +190,7 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
             percept = robot.sense(list_reading_keys(robot))
             going.tick()
             recorder.write_tick(robot.time_s, percept, [going.path(0)])
-    recorded = read_recording(path).paths[0]
+    recorded = read_recording(path).records[0].states
     assert recorded[0] == ("forward",)  # 3.8 s after it began: long enough in start
     assert sum(one != other for one, other in pairwise(recorded)) > 12
     assert recorded[15] == recorded[31] == ("start",)
@@ -242,8 +242,8 @@ def test_robots_of_a_team_decide_again_as_recorded(
             rig.now += 0.07 * (tick % 7 == 3)
             live.tick()
     recorded = read_recording(path)
-    assert (recorded.ticks, len(recorded.paths)) == (68, 2)
-    assert all(len({path[0] for path in paths}) == 3 for paths in recorded.paths)
+    assert (recorded.ticks, len(recorded.records)) == (68, 2)
+    assert all(len({path[0] for path in each.states}) == 3 for each in recorded.records)
     assert run_json("run", "--replay", path)["differences"] == []
 
 
@@ -274,7 +274,7 @@ def test_presses_over_a_recording_are_learned(tmp_path: Path) -> None:
     recording, presses, library = tmp_path / "run.mcap", tmp_path / "presses.csv", tmp_path / "library"
     run_json("run", "arena", "--behavior", "forward", "--seconds", "8", "--record", recording)
     found = read_recording(recording)
-    ahead = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
+    ahead = found.records[0].values[("sonar_ahead", None)]
     near = int(np.argmax(ahead < 0.6))
     assert near > 10
     presses.write_text(f"time_s,state\n0,forward\n{found.times[near]:.2f},rotate_left\n", encoding="utf-8")

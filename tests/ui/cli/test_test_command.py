@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,8 @@ from understudy.sim.team.libraries import collect_libraries, make_coordinator_bo
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
+from understudy.ui.cli import library_tests
+from understudy.ui.cli.library_tests import LibrarySetting
 from understudy_lab.bench.patrol import lead
 
 
@@ -297,3 +301,32 @@ def test_a_mistake_in_properties(change: tuple[str, str], said: str, library: Pa
     assert refused.exit_code == 2
     assert f"properties.toml at {said}" in " ".join(refused.output.split())
     assert "Traceback" not in refused.output
+
+
+def test_what_is_left_is_estimated_by_kind(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The first of a kind may have loaded kernels, for 2 s; of a kind that was not run yet nothing is known."""
+    now_s, estimates = 0.0, list[float]()
+
+    def lesson(setting: LibrarySetting, took_s: float) -> float:
+        nonlocal now_s
+        now_s += took_s
+        return took_s
+
+    def failure(setting: LibrarySetting, took_s: float) -> float:
+        return lesson(setting, took_s)
+
+    def run_here(
+        calls: Iterable[Callable[[], float]], *, jobs: int, estimate_left_s: Callable[[], float]
+    ) -> Iterator[tuple[int, Future[float]]]:
+        for number, call in enumerate(calls):
+            estimates.append(estimate_left_s())
+            future = Future[float]()
+            future.set_result(call())
+            yield number, future
+
+    monkeypatch.setattr(library_tests, "share_calls", run_here)
+    calls = [(lesson, 1.5), (lesson, 0.5), (lesson, 0.25), (failure, 7.0), (failure, 6.0), (failure, 1.0)]
+    setting = LibrarySetting(tmp_path, None, None)
+    found = library_tests._run(setting, calls, 4, lambda done, total: None, lambda: now_s)
+    assert found == [1.5, 0.5, 0.25, 7.0, 6.0, 1.0]
+    assert estimates == [0.0, 0.0, 0.5, 0.0, 10.0, 6.0]

@@ -13,10 +13,12 @@ from tests.inline_executor import InlineExecutor
 from tests.own_worlds import NAME
 from tests.ui.cli.commands import run_json
 
-from understudy.addons.recordings.run_drives import read_trace_drive
+from understudy.addons.recordings.run_drives import choose_agent
 from understudy.addons.recordings.segment import UNEXPLAINED
 from understudy.errors import SessionError
 from understudy.model.library import Library
+from understudy.records.record import Record, find_places
+from understudy.records.trace_reader import read_trace_records
 from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.ui.cli.commands.studio_drive import make_drive_server
@@ -272,9 +274,13 @@ def test_a_body_of_ones_own(tmp_path: Path) -> None:
     scripted.pause()
     assert [label for label, _, _ in scripted.spans] == ["back", "ahead", "ahead", "back"]
     assert scripted.files.paths[0].name.startswith("tests.own_worlds-make_slope-")
-    first, second = (read_trace_drive(path).drive for path in scripted.files.paths)
+    first, second = (read_kept(path) for path in scripted.files.paths)
     assert first.ticks + second.ticks == live.ticks
     assert second.values["x", None][0] == 5.0
+
+
+def read_kept(path: Path) -> Record:
+    return choose_agent(read_trace_records(path)[1], path)
 
 
 def test_what_is_kept_is_what_was_driven(scripted_drive: Scripted, tmp_path: Path) -> None:
@@ -290,16 +296,18 @@ def test_what_is_kept_is_what_was_driven(scripted_drive: Scripted, tmp_path: Pat
     assert {*(tmp_path / "recordings").iterdir()} == {*paths}
     assert len(paths) == len(drive.episodes) == 2
     for path, episode in zip(paths, drive.episodes, strict=True):
-        kept = read_trace_drive(path)
+        kept = read_kept(path)
         ticks = episode.ticks
-        assert f"seed {kept.header.seed}" == episode.source
-        np.testing.assert_allclose(kept.drive.times, drive.times[ticks], atol=1e-6)
-        np.testing.assert_array_equal(kept.drive.commands, drive.commands[ticks])
+        assert f"seed {kept.seed}" == episode.source
+        np.testing.assert_allclose(kept.times, drive.times[ticks], atol=1e-6)
+        np.testing.assert_array_equal(kept.commands, drive.commands[ticks])
         for key, column in drive.values.items():
-            np.testing.assert_array_equal(kept.drive.values[key], column[ticks])
-        np.testing.assert_allclose(kept.places, scripted_drive.live.list_places()[ticks], atol=1e-6)
-        assert [each.name for each in kept.drive.channels] == [each.name for each in drive.channels]
-        assert {each.name: (each.kind, each.unit) for each in kept.drive.readings} == {
+            np.testing.assert_array_equal(kept.values[key], column[ticks])
+        places = find_places(kept)
+        assert places is not None
+        np.testing.assert_allclose(places, scripted_drive.live.list_places()[ticks], atol=1e-6)
+        assert [each.name for each in kept.channels] == [each.name for each in drive.channels]
+        assert {each.name: (each.kind, each.unit) for each in kept.readings} == {
             each.name: (each.kind, each.unit) for each in drive.readings
         }
     found = run_json("learn", "--recording", paths[0], "--features", "angle_to(nearest_food)")
@@ -375,8 +383,8 @@ def test_the_automaton_drives_until_the_stick_is_moved(tmp_path: Path) -> None:
     assert (last.source, last.first) == ("seed 100 from 9.0 s", before)
     assert drive.times[last.first] == pytest.approx(9.1)
     assert [label for label, first, _ in scripted.spans if first >= before] == ["rotate_right", "forward"]
-    kept = read_trace_drive(scripted.files.paths[-1])
-    assert kept.drive.ticks == live.ticks - before
+    kept = read_kept(scripted.files.paths[-1])
+    assert kept.ticks == live.ticks - before
 
 
 def test_the_automaton_is_paused_and_driven_on(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio, teach, to_json
+from tests.ui.cli.commands import run
 
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
@@ -287,3 +288,19 @@ def test_a_session_that_was_cut_off_is_thrown_away(tmp_path: Path) -> None:
         person.done("discard", name="goto")
         person.done("open", name="goto")
         assert again.host.active_trainer.session_view.examples == 2
+
+
+def test_what_was_learned_from_a_recording_opens_where_its_readings_are(tmp_path: Path) -> None:
+    """The robots of this world have no gap; the sentence says what works."""
+    table = tmp_path / "near.csv"
+    table.write_text(
+        "state,next,kind,gap:continuous\nrun,run,default,3\nrun,stop,directive,1\nstop,stop,default,1\n"
+    )
+    assert run("learn", "table", table, "--library", tmp_path / "library", "--name", "near").exit_code == 0
+    with (
+        serve_studio(make_studio(tmp_path / "library", world="forage-team")) as client,
+        open_page(client) as page,
+    ):
+        said = page.say("open", name="near")["error"]
+    assert "near was learned from a recording or a table, and this robot has no gap" in said
+    assert "understudy replay FILE" in said

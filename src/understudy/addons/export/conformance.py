@@ -1,8 +1,8 @@
 """Conformance files: rows of readings with what the interpreter answers, by which an export proves itself.
 
 The file is CSV with one tick per row; `docs/exporting.md` describes its columns. Its rows come from the recorded
-lessons, and from walks that look for the boundaries of trees, absent values, infinite ones (which count as absent) and
-seams.
+lessons, from recorded runs, and from walks that look for the boundaries of trees, absent values, infinite ones (which
+count as absent) and seams.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from understudy.errors import UnderstudyError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.model.value_kinds import Categorical
+from understudy.model.value_kinds import Categorical, Column, Kind
+from understudy.records.record import Record, sample_record
 from understudy.runtime.body import Commands, Reading
 from understudy.runtime.command_columns import CommandColumns
 from understudy.runtime.feature_columns import FeatureColumns, read_feature_column
@@ -32,6 +33,8 @@ TICKS = 60
 """The number of ticks of a walk."""
 MOST_TICKS = 6000
 """The largest number of ticks of all walks of a file."""
+MOST_QUESTIONS = 10_000_000
+"""About the largest number of questions that all walks ask, so that very deep trees take seconds."""
 MOST_RECORDED = 1500
 """The largest number of ticks from the record of one lesson."""
 SEED = 22
@@ -169,13 +172,14 @@ class Conformance:
     """All rows of a conformance file, and how much of the trees they reach.
 
     `leaves` and `boundaries` are pairs: how many were reached, of how many. `recorded` is the number of rows that come
-    from lessons.
+    from lessons and runs, the first of all, and `from_runs` of those from runs.
     """
 
     ticks: tuple[ConformanceTick, ...]
     recorded: int
     leaves: tuple[int, int]
     boundaries: tuple[int, int]
+    from_runs: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +203,12 @@ class ConformanceClock:
             yield time_s, time_s
             passed += random.choice((1.0, 1.0, 1.0, 0.5, 7 / 3)) * self.tick_s
 
+    def convert_times(self, times: Sequence[float]) -> Iterator[tuple[float, float]]:
+        """Yield recorded times (s): in s, and as the exported behavior reads them."""
+        for time_s in times:
+            now = round(time_s * MS_PER_S)
+            yield (now / MS_PER_S, float(now % 2**32)) if self.is_ms else (time_s, time_s)
+
 
 def make_conformance(
     program: Program,
@@ -206,9 +216,10 @@ def make_conformance(
     library: Library,
     *,
     single_precision: bool = False,
+    runs: Sequence[Record] = (),
     seed: int = SEED,
 ) -> Conformance:
-    """Make the rows of the conformance file of a program.
+    """Make the rows of the conformance file of a program, also of the readings of recorded runs.
 
     Rows for which a Python function fails are left out, and the walk starts again.
     """
@@ -223,8 +234,13 @@ def make_conformance(
     convert = round_to_single if single_precision else float
     for rows in list_recorded_rows(hierarchy, library):
         recorder.follow(len(rows), (tuple(map(convert, row)) for row in rows).__next__)
+    from_lessons = len(recorder.ticks)
+    for times, rows in list_run_rows(hierarchy, runs):
+        values = (tuple(map(convert, row)) for row in rows)
+        recorder.follow(len(rows), values.__next__, clock.convert_times(times))
     recorded = len(recorder.ticks)
-    enough = min(MOST_TICKS, 20 * TICKS + 10 * len(walker.boundaries))
+    most = min(MOST_TICKS, max(TICKS, MOST_QUESTIONS // max(1, walker.deepest)))
+    enough = min(most, 20 * TICKS + 10 * len(walker.boundaries))
     while len(recorder.ticks) < recorded + enough and recorder.failures < MOST_TICKS:
         recorder.follow(TICKS, lambda: walker.advance(recorder.active))
     return Conformance(
@@ -232,6 +248,7 @@ def make_conformance(
         recorded,
         (len(walker.reached), len(walker.leaves)),
         (len(walker.boundaries) - sum(map(len, walker.waiting.values())), len(walker.boundaries)),
+        recorded - from_lessons,
     )
 
 
@@ -246,9 +263,14 @@ class _Recorder:
         """The automata that are active before the next tick, none before a start."""
         return () if self.starts else self.reference.interpreter.active
 
-    def follow(self, ticks: int, take_row: Callable[[], tuple[float, ...]]) -> None:
+    def follow(
+        self,
+        ticks: int,
+        take_row: Callable[[], tuple[float, ...]],
+        times: Iterator[tuple[float, float]] | None = None,
+    ) -> None:
         """Answer the rows of a walk, which starts again where a row cannot be answered."""
-        times = self.clock.list_times(self.random)
+        times = times or self.clock.list_times(self.random)
         self.starts = True
         for _ in range(ticks):
             self.starts = not self.add(self.starts, next(times), take_row())
@@ -275,6 +297,35 @@ def list_recorded_rows(hierarchy: Hierarchy, library: Library) -> Iterator[list[
         if len(lesson.record):
             yield _read_record(hierarchy, lesson)
     yield from _list_example_rows(hierarchy, library)
+
+
+def list_run_rows(
+    hierarchy: Hierarchy, runs: Sequence[Record]
+) -> Iterator[tuple[list[float], list[list[float]]]]:
+    """Yield the times (s) and readings of each episode of recorded runs; of long runs, pieces spread over them.
+
+    Labels are those of the export; what a run does not have, or has as another kind, is absent.
+    """
+    for run in runs:
+        sample = sample_record(run, most=MOST_RECORDED)
+        columns = [_read_slot(sample, (slot.reading, slot.target), slot.kind) for slot in hierarchy.readings]
+        rows = np.column_stack(columns) if columns else np.zeros((sample.ticks, 0))
+        for episode in sample.episodes:
+            yield sample.times[episode.ticks].tolist(), rows[episode.ticks].tolist()
+
+
+def _read_slot(run: Record, key: ReadingKey, kind: Kind) -> Column:
+    """Return the column of a reading in a run, with the labels of a kind."""
+    absent = np.full(run.ticks, nan)
+    if key not in run.values:
+        return absent
+    own = run.find_kind(key)
+    if not isinstance(kind, Categorical) and not isinstance(own, Categorical):
+        return run.values[key]
+    if not isinstance(kind, Categorical) or not isinstance(own, Categorical):
+        return absent
+    numbers = [float(kind.labels.index(label)) if label in kind.labels else nan for label in own.labels]
+    return np.array([nan if np.isnan(value) else numbers[int(value)] for value in run.values[key].tolist()])
 
 
 def _read_record(hierarchy: Hierarchy, lesson: Lesson) -> list[list[float]]:

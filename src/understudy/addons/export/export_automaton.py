@@ -8,7 +8,7 @@ folder, with a manifest (`export_folder`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,9 +19,10 @@ from understudy.addons.export.hierarchy import Hierarchy, flatten_program
 from understudy.addons.export.single_precision import RoundedCut, round_library
 from understudy.addons.export.target_files import ExportJob
 from understudy.addons.export.targets.target_table import TARGETS, ExportTarget, find_target
-from understudy.errors import SettingError, join_names
+from understudy.errors import DefinitionError, SettingError, join_names
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library, list_dependencies
+from understudy.records.record import Record
 from understudy.runtime.body import Body
 from understudy.runtime.link import Program, link
 from understudy.storage.document import fingerprint_automaton, hash_content
@@ -67,6 +68,7 @@ def export_automaton(
     binding: Mapping[str, str] = NOTHING_BOUND,
     body: Body | BodyInterface | RobotInterface | None = None,
     single_precision: bool = False,
+    runs: Sequence[Record] = (),
 ) -> ExportResult:
     """Export an automaton with everything below it.
 
@@ -87,6 +89,9 @@ def export_automaton(
         at rest at 0, and a tick is 0.1 s. Target ros2 needs a robot, as `describe_robot` describes it.
     single_precision
         Whether numbers are 32-bit floats and times milliseconds, for small microcontrollers.
+    runs
+        Recorded runs, as `read_records` reads them, whose readings the conformance file has, too: the exported code
+        then is tried on what robots sensed.
 
     Returns
     -------
@@ -105,6 +110,8 @@ def export_automaton(
         If the target has no single precision, or cannot keep the length of the tick, or cannot run on the robot.
     FileError
         If the folder holds something else, or cannot be written.
+    DefinitionError
+        If the runs have none of the readings that the automaton uses.
     """
     target = find_target(to)
     check_export_folder(folder)
@@ -123,6 +130,7 @@ def export_automaton(
         fingerprint=combine_fingerprints(fingerprints),
         single_precision=single_precision,
         robot=robot,
+        runs=runs,
     )
     target_files = target.make_files(job)
     manifest = make_manifest(job, target_files, target=to, fingerprints=fingerprints)
@@ -148,6 +156,7 @@ def prepare_export(
     fingerprint: str,
     single_precision: bool = False,
     robot: RobotInterface | None = None,
+    runs: Sequence[Record] = (),
 ) -> ExportJob:
     """Prepare what a target is written from: round the cuts if need be, link, flatten, and answer rows of readings."""
     rounded: tuple[RoundedCut, ...] = ()
@@ -156,8 +165,28 @@ def prepare_export(
         library, rounded = round_library(library, list_exported_automata(library, name))
     program, hierarchy = link_ground(library, name, binding, body)
     find_target(to).check_size(hierarchy)
-    conformance = make_conformance(program, hierarchy, library, single_precision=single_precision)
+    conformance = make_conformance(
+        program,
+        hierarchy,
+        library,
+        single_precision=single_precision,
+        runs=_choose_runs(runs, hierarchy),
+    )
     return ExportJob(hierarchy, conformance, library, fingerprint, single_precision, robot, rounded)
+
+
+def _choose_runs(runs: Sequence[Record], hierarchy: Hierarchy) -> list[Record]:
+    """Return the runs that have readings of an automaton; refuse runs of which none has."""
+    used = {(each.reading, each.target) for each in hierarchy.readings}
+    chosen = [run for run in runs if used & run.values.keys()]
+    if runs and used and not chosen:
+        readings = join_names(sorted(map(str, hierarchy.readings)))
+        raise DefinitionError(
+            what=f"run {runs[0].source}",
+            problem=f"it has none of the readings of {hierarchy.name}: {readings}",
+            remedy="give a run of a robot that has them",
+        )
+    return chosen
 
 
 def list_exported_automata(library: Library, name: str) -> list[str]:

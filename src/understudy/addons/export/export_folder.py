@@ -79,7 +79,8 @@ def make_manifest(
         "rounded_cuts": job.rounded,
         "conformance": {
             "ticks": len(conformance.ticks),
-            "from_lessons": conformance.recorded,
+            "from_lessons": conformance.recorded - conformance.from_runs,
+            **({"from_runs": conformance.from_runs} if conformance.from_runs else {}),
             "leaves": {"reached": conformance.leaves[0], "of": conformance.leaves[1]},
             "boundaries": {"reached": conformance.boundaries[0], "of": conformance.boundaries[1]},
         },

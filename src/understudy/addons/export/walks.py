@@ -8,6 +8,7 @@ lead there. Otherwise it changes readings at random.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import inf, isfinite, nan, nextafter
@@ -46,10 +47,13 @@ class ReadingWalk:
         ]
         self._infinite = [(slot, end) for slot in self._numbers for end in (inf, -inf)]
         random.shuffle(self._infinite)
-        self.paths: dict[tuple[int, int], list[list[tuple[int, int]]]] = {}
+        self._parents: dict[tuple[int, int], list[int]] = {}
+        self.deepest = 0
+        """The largest number of questions on the way to an answer, of all trees."""
         self.leaves: set[tuple[int, int, int]] = set()
         self.boundaries: set[Boundary] = set()
-        self.waiting: dict[tuple[int, int], set[Boundary]] = {}
+        self.waiting: dict[tuple[int, int], list[Boundary]] = {}
+        """The boundaries that were not met yet, in order, by automaton and state."""
         self.reached: set[tuple[int, int, int]] = set()
         self._first: dict[tuple[int, int], int] = {}  # a stateless automaton has one tree
         for number, automaton in enumerate(hierarchy.automata):
@@ -59,13 +63,14 @@ class ReadingWalk:
                 tree = automaton.states[first].tree
                 if tree is not None:
                     self._add_tree(number, first, automaton, tree)
-        for boundary in self.boundaries:
-            self.waiting.setdefault(boundary[:2], set()).add(boundary)
+        for boundary in sorted(self.boundaries):
+            self.waiting.setdefault(boundary[:2], []).append(boundary)
         self.indices = {each.name: number for number, each in enumerate(hierarchy.automata)}
         self._by_instance: dict[Instance, int] = {}  # without writing its name at every query
 
     def _add_tree(self, number: int, index: int, automaton: GroundAutomaton, tree: Tree) -> None:
-        self.paths[number, index] = _find_paths(tree)
+        self._parents[number, index], depth = _find_parents(tree)
+        self.deepest = max(self.deepest, depth)
         for at, node in enumerate(tree.nodes):
             if node.test == TestKind.LEAF:
                 self.leaves.add((number, index, at))
@@ -135,7 +140,7 @@ class ReadingWalk:
         machine = self.random.choice(active)
         number = self._find_number(machine.instance)
         index = self._first.get((number, machine.state), -1)
-        near = sorted(self.waiting.get((number, index), ()))
+        near = self.waiting.get((number, index), ())
         return self.random.choice(near) if near else None
 
     def _aim(self, boundary: Boundary) -> None:
@@ -146,14 +151,12 @@ class ReadingWalk:
         if tree is None:
             return
         nodes: dict[int, list[tuple[Node, int]]] = {}
-        for node, child in self.paths[number, index][at]:
+        for node, child in _list_path(self._parents[number, index], at):
             source = automaton.features[tree.nodes[node].feature]
             if source.sort == "reading":
                 nodes.setdefault(source.index, []).append((tree.nodes[node], child))
         for slot, steps in nodes.items():
-            fitting = [
-                x for x in self.values[slot] if all(find_child(node, x) == child for node, child in steps)
-            ]
+            fitting = _list_fitting(self.values[slot], steps)
             if fitting:
                 self._set(slot, self.random.choice(fitting))
         self._set(automaton.features[tree.nodes[at].feature].index, nan if value == inf else value)
@@ -171,11 +174,14 @@ class ReadingWalk:
         tree = self.hierarchy.automata[number].states[index].tree
         if tree is None:
             return
-        waiting = self.waiting.get((number, index), set())
+        waiting = self.waiting.get((number, index), [])
         at, nodes = 0, tree.nodes
         while at != STAY and (node := nodes[at]).test != TestKind.LEAF:
             value = values[node.feature]
-            waiting.discard((number, index, at, value if value == value else inf))
+            met = (number, index, at, value if value == value else inf)
+            place = bisect_left(waiting, met)
+            if waiting[place : place + 1] == [met]:
+                del waiting[place]
             at = find_child(node, value)
         if at != STAY:
             self.reached.add((number, index, at))
@@ -197,18 +203,47 @@ def find_child(node: Node, x: float) -> int:
     return node.yes if node.test == TestKind.ARC and is_in_arc(x, node.low, node.high) else node.no
 
 
-def _find_paths(tree: Tree) -> list[list[tuple[int, int]]]:
-    """Return for each node the first way to it from the root: pairs of a node and its child."""
-    paths: list[list[tuple[int, int]] | None] = [None] * len(tree.nodes)
-    paths[0] = []
+def _find_parents(tree: Tree) -> tuple[list[int], int]:
+    """Return for each node the node before it on the first way from the root, -1 without one, and the longest way."""
+    parents, depths = [-1] * len(tree.nodes), [0] * len(tree.nodes)
     for index, node in enumerate(tree.nodes):  # children come after their parents
-        here = paths[index]
-        if node.test == TestKind.LEAF or here is None:
+        if node.test == TestKind.LEAF or (index and parents[index] < 0):
             continue
         for child in (node.yes, node.no, node.absent, *node.branches):
-            if child != STAY and paths[child] is None:
-                paths[child] = [*here, (index, child)]
-    return [[] if path is None else path for path in paths]
+            if child > 0 and parents[child] < 0:
+                parents[child], depths[child] = index, depths[index] + 1
+    return parents, max(depths)
+
+
+def _list_path(parents: Sequence[int], at: int) -> list[tuple[int, int]]:
+    """List the way from the root to a node, as pairs of a node and its child."""
+    path = []
+    while parents[at] >= 0:
+        path.append((parents[at], at))
+        at = parents[at]
+    return path[::-1]
+
+
+def _list_fitting(values: Sequence[float], steps: Sequence[tuple[Node, int]]) -> list[float]:
+    """List the values, in order, that lead from each of some nodes to its child; the last value is absent (NaN).
+
+    Deep trees have many steps and many values, so that only what is no cut is tried value by value.
+    """
+    first, stop = 0, len(values) - 1
+    others, is_absent = [], True
+    for node, child in steps:
+        if node.test == TestKind.BELOW and node.yes != node.no:
+            is_absent = is_absent and node.absent == child
+            if child == node.yes:
+                stop = bisect_left(values, node.high, 0, stop)
+            elif child == node.no:
+                first = bisect_left(values, node.high, first, len(values) - 1)
+            else:
+                stop = 0
+        else:
+            others.append((node, child))
+    tried = [*values[first : max(first, stop)], *(values[-1:] if is_absent else ())]
+    return [x for x in tried if all(find_child(node, x) == child for node, child in others)]
 
 
 def _is_of_kind(value: float, source: FeatureSource) -> bool:

@@ -17,8 +17,8 @@ from understudy.addons.recordings.driver_model import (
     guess_still_driver,
 )
 from understudy.addons.recordings.lattice import Lattice, find_states
-from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, Ints, RecordedDrive
 from understudy.addons.recordings.speed_share import estimate_shares, make_full_shares, scale_aims
+from understudy.records.record import Episode, Floats, Ints, Record
 
 MOST_ROUNDS = 15
 STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)
@@ -71,7 +71,7 @@ class PredictionStack:
     following: Ints | None
 
 
-def stack_predictions(drive: RecordedDrive, candidates: Sequence[Candidate]) -> PredictionStack:
+def stack_predictions(drive: Record, candidates: Sequence[Candidate]) -> PredictionStack:
     """Predict the commands of all candidates, and number their states."""
     predictions = [each.predict(drive) for each in candidates]
     counts = [len(each.commands) for each in predictions]
@@ -93,9 +93,7 @@ def stack_predictions(drive: RecordedDrive, candidates: Sequence[Candidate]) -> 
     )
 
 
-def measure_residuals(
-    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, shares: Floats
-) -> Floats:
+def measure_residuals(drive: Record, stack: PredictionStack, driver: DriverModel, shares: Floats) -> Floats:
     """Return the difference of the commands from those expected in each state, shape [X, T, C].
 
     Aims are scaled by the shares [T, C] of full speed. A driver with a dead time responds to a tick that much later;
@@ -118,7 +116,7 @@ def measure_residuals(
     return residuals
 
 
-def shift_ticks(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -> Floats:
+def shift_ticks(columns: Floats, ticks: int, episodes: Sequence[Episode]) -> Floats:
     """Return columns [T, C] as they are some ticks later.
 
     Parameters
@@ -142,7 +140,7 @@ def shift_ticks(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -
     return shifted
 
 
-def measure_fit(drive: RecordedDrive, driver: DriverModel, residuals: Floats) -> Floats:
+def measure_fit(drive: Record, driver: DriverModel, residuals: Floats) -> Floats:
     """Return the fit [T, X + 1] of each tick in each state, the last of which stands for no candidate."""
     states, ticks, _ = residuals.shape
     fit = np.empty((ticks, states + 1))
@@ -179,9 +177,7 @@ def find_answered_states(fit: Floats, labels: Ints, states: Ints) -> Ints:
     return np.where(mistimed, answered, states)
 
 
-def measure_drive_fit(
-    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, shares: Floats
-) -> Floats:
+def measure_drive_fit(drive: Record, stack: PredictionStack, driver: DriverModel, shares: Floats) -> Floats:
     """Measure the fit [T, X + 1] of a drive; ticks whose answer the end of an episode cuts off fit all states alike."""
     fit = measure_fit(drive, driver, measure_residuals(drive, stack, driver, shares))
     fit = allow_mistimed(fit, stack.labels)
@@ -198,7 +194,7 @@ def choose_labels(fit: Floats, stack: PredictionStack) -> Floats:
 
 
 def make_lattices(
-    drive: RecordedDrive,
+    drive: Record,
     stack: PredictionStack,
     fit: Floats,
     rules: SwitchRules,
@@ -265,7 +261,7 @@ class DriverFit:
 
 
 def fit_driver(
-    drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules, *, width: float = 0.0
+    drive: Record, candidates: Sequence[Candidate], rules: SwitchRules, *, width: float = 0.0
 ) -> DriverFit:
     """Alternate between the labels of a drive and the driver until the labels stay as they are.
 
@@ -294,7 +290,7 @@ def fit_driver(
 
 
 def _alternate(
-    drive: RecordedDrive,
+    drive: Record,
     candidates: Sequence[Candidate],
     rules: SwitchRules,
     driver: DriverModel,
@@ -327,14 +323,14 @@ def _alternate(
     return DriverFit(fitted, driver, shares, states, likelihood - rules.price * switches)
 
 
-def find_shares(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints) -> Floats:
+def find_shares(drive: Record, stack: PredictionStack, driver: DriverModel, states: Ints) -> Floats:
     """Estimate the shares [T, C] of full speed from ticks whose states are known."""
     aimed, aims, answers = _list_answers(drive, stack, driver, states)
     return estimate_shares(drive, driver, aimed, aims, answers) if len(aimed) else make_full_shares(drive)
 
 
 def _list_answers(
-    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints
+    drive: Record, stack: PredictionStack, driver: DriverModel, states: Ints
 ) -> tuple[Ints, Floats, tuple[Floats, Floats]]:
     """List the ticks with known aims, these aims, and the commands before the driver's answers and the answers."""
     explained = np.flatnonzero(states < len(stack.commands))
@@ -345,7 +341,7 @@ def _list_answers(
 
 
 def _estimate_driver(
-    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints, shares: Floats
+    drive: Record, stack: PredictionStack, driver: DriverModel, states: Ints, shares: Floats
 ) -> DriverModel:
     """Estimate gain and noise from ticks whose states are known."""
     aimed, aims, (last, answer) = _list_answers(drive, stack, driver, states)
@@ -358,7 +354,7 @@ def _estimate_driver(
 
 
 def find_constants(
-    drive: RecordedDrive, candidates: Sequence[Candidate], labels: Ints, driver: DriverModel, width: float
+    drive: Record, candidates: Sequence[Candidate], labels: Ints, driver: DriverModel, width: float
 ) -> tuple[Candidate, ...]:
     """Change unknown constants, one after the other, to the values with which known labels fit best.
 

@@ -16,9 +16,9 @@ from understudy.addons.recordings.candidates import (
     Prediction,
     compute_behavior_commands,
 )
-from understudy.addons.recordings.recorded_drive import Floats, Ints, RecordedDrive
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.library import Library
+from understudy.records.record import Floats, Ints, Record
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.link import Program, link
@@ -37,7 +37,7 @@ class AutomatonCandidate(Candidate):
         """The automaton with its targets, such as "deposit(station)"."""
         return format_bound_name(self.behavior, self.binding, self.library.parameters(self.behavior))
 
-    def predict(self, drive: RecordedDrive) -> Prediction:
+    def predict(self, drive: Record) -> Prediction:
         """Return the commands of the automaton in each way in which its levels can stand."""
         program = link(self.library, self.behavior, self.binding)
         return _Exploration(program, drive).explore()
@@ -46,7 +46,7 @@ class AutomatonCandidate(Candidate):
 class _Exploration:
     """The runs of a program that begin at all ticks of a drive, joined where their levels stand alike."""
 
-    def __init__(self, program: Program, drive: RecordedDrive) -> None:
+    def __init__(self, program: Program, drive: Record) -> None:
         self._program, self._drive = program, drive
         self._interpreter = Interpreter(program)
         self._paths: dict[tuple[int, tuple[str, ...]], int] = {}

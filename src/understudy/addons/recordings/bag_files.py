@@ -19,12 +19,15 @@ from understudy.addons.recordings.recorded_topics import (
     import_for_messages,
     make_ros_topic,
 )
+from understudy.addons.recordings.sqlite_pages import SalvagedRow, salvage_rows
 from understudy.errors import FileError, UnderstudyError
 
 SIZES = Struct(">16xH10xI")
 """The size of a page of SQLite, and the number of pages, in the beginning of a file."""
 ZSTANDARD = b"\x28\xb5\x2f\xfd"
 """The first bytes of a message that was compressed with Zstandard."""
+MOST_GAPS = 5
+"""The largest number of gaps whose times are said."""
 
 
 def open_sqlite(path: Path | str, omissions: list[str], stack: ExitStack) -> MessageFile:
@@ -58,18 +61,59 @@ def open_sqlite(path: Path | str, omissions: list[str], stack: ExitStack) -> Mes
 
     def iterate(wanted: Collection[str]) -> Iterator[RecordedMessage]:
         numbers = [number for number, name in names.items() if name in wanted]
-        marks = ",".join("?" * len(numbers))
+        marks, last = ",".join("?" * len(numbers)), 0
         # In the order of the file and not by the index of times, half of which a cut file may lack.
-        query = f"SELECT topic_id, timestamp, data FROM messages NOT INDEXED WHERE topic_id IN ({marks}) ORDER BY id"
+        query = f"FROM messages NOT INDEXED WHERE topic_id IN ({marks}) ORDER BY id"
         with closing(connect()) as database:
             with suppress(sqlite3.Error):
                 opened.first_ns = database.execute("SELECT min(timestamp) FROM messages").fetchone()[0]
-            for number, time_ns, data in database.execute(query, numbers):
-                plain = _decompress(data) if data.startswith(ZSTANDARD) else data
-                yield RecordedMessage(names[number], time_ns, plain)
+            try:
+                for row in database.execute(f"SELECT id, topic_id, timestamp, data {query}", numbers):
+                    last, number, time_ns, data = row
+                    yield RecordedMessage(names[number], time_ns, _decompress(data))
+                return
+            except sqlite3.DatabaseError as error:
+                damage = error
+            columns = [name for _, name, *_ in database.execute("PRAGMA table_info(messages)")]
+        lost = _LostRows(last)
+        for salvaged in salvage_rows(path, columns, topics=numbers, after=last):
+            lost.add(salvaged)
+            opened.first_ns = salvaged.time_ns if opened.first_ns is None else opened.first_ns
+            if salvaged.data is not None:
+                yield RecordedMessage(names[salvaged.topic], salvaged.time_ns, _decompress(salvaged.data))
+        if not lost.found:
+            raise damage
+        counts = lost.describe(opened.first_ns or 0)
+        omissions.append(f"{opened.path}: it cannot be read in order ({damage}); {counts}")
 
     opened.iterate = iterate
     return opened
+
+
+class _LostRows:
+    """The messages that are missing among those that were found page by page, by their numbers."""
+
+    def __init__(self, last: int) -> None:
+        self.found = self._lost = 0
+        self._number = last
+        self._times_ns: list[int] = []
+
+    def add(self, row: SalvagedRow) -> None:
+        """Take the next row that was found."""
+        missing = row.number - self._number - 1
+        if missing:
+            self._lost += missing
+            self._times_ns.append(row.time_ns)
+        self.found, self._number = self.found + 1, row.number
+
+    def describe(self, began_ns: int) -> str:
+        """Say how many were found and lost, and up to which times, in seconds since the first message."""
+        counts = f"messages found page by page after that: {self.found}"
+        if not self._lost:
+            return counts
+        times = [f"{(each - began_ns) * 1e-9:.1f} s" for each in self._times_ns[:MOST_GAPS]]
+        more = ", ..." if len(self._times_ns) > MOST_GAPS else ""
+        return f"{counts}; messages lost: {self._lost}, before {', '.join(times)}{more}"
 
 
 def _mend_cut(path: Path, omissions: list[str], stack: ExitStack) -> Path:
@@ -91,6 +135,8 @@ def _mend_cut(path: Path, omissions: list[str], stack: ExitStack) -> Path:
 
 
 def _decompress(data: bytes) -> bytes:
+    if not data.startswith(ZSTANDARD):
+        return data
     decompressed: bytes = import_for_messages("zstandard").ZstdDecompressor().decompressobj().decompress(data)
     return decompressed
 

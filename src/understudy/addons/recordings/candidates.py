@@ -15,10 +15,10 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
-from understudy.addons.recordings.recorded_drive import Floats, Ints, RecordedDrive
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.features import ReadingKey, ReadingsView, call_user_function
 from understudy.model.value_kinds import Column
+from understudy.records.record import Floats, Ints, Record
 from understudy.runtime.link import GroundBehavior
 
 Constants: TypeAlias = Mapping[str, float]
@@ -57,7 +57,7 @@ class Candidate(Protocol):
         """Whether it states the command itself, not only what the driver aims at."""
         return False
 
-    def predict(self, drive: RecordedDrive) -> Prediction:
+    def predict(self, drive: Record) -> Prediction:
         """Return the commands that it would give at each tick of a drive."""
         ...
 
@@ -136,7 +136,7 @@ class CommandModel:
         own = {name: value for name, value in values.items() if name in self.constants}
         return replace(self, values={**self.values, **own})
 
-    def predict(self, drive: RecordedDrive) -> Prediction:
+    def predict(self, drive: Record) -> Prediction:
         """Return the commands of the function at each tick; DefinitionError if it fails.
 
         Parameters
@@ -176,7 +176,7 @@ class BehaviorCandidate(Candidate):
         """The behavior with its targets, such as "goto(ball)"."""
         return str(self.ground)
 
-    def predict(self, drive: RecordedDrive) -> Prediction:
+    def predict(self, drive: Record) -> Prediction:
         """Return the command of the behavior at each tick."""
         return Prediction(compute_behavior_commands(self.ground, drive)[None])
 
@@ -201,7 +201,7 @@ class SplitState:
         """As the candidate says."""
         return self.original.follows_last
 
-    def predict(self, drive: RecordedDrive) -> Prediction:
+    def predict(self, drive: Record) -> Prediction:
         """Return the commands of the candidate."""
         return self.original.predict(drive)
 
@@ -222,7 +222,7 @@ def find_original(candidate: Candidate) -> Candidate:
     return candidate.original if isinstance(candidate, SplitState) else candidate
 
 
-def compute_behavior_commands(ground: GroundBehavior, drive: RecordedDrive) -> Floats:
+def compute_behavior_commands(ground: GroundBehavior, drive: Record) -> Floats:
     """Compute the commands [T, C] of a basic behavior at each tick of a drive.
 
     Parameters
@@ -253,7 +253,7 @@ def compute_behavior_commands(ground: GroundBehavior, drive: RecordedDrive) -> F
     return arrange_commands(commands, drive, of=f"behavior {ground}")
 
 
-def arrange_commands(result: object, drive: RecordedDrive, *, of: str) -> Floats:
+def arrange_commands(result: object, drive: Record, *, of: str) -> Floats:
     """Arrange values by channel as an array [T, C]; channels that are left out rest."""
     if not isinstance(result, Mapping):
         raise DefinitionError(

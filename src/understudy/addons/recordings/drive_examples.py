@@ -15,16 +15,14 @@ from pathlib import Path
 import numpy as np
 
 from understudy.addons.recordings.drive_kit import remove_functions
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.addons.recordings.segment import UNEXPLAINED, Segmentation, Span
 from understudy.model.automaton import START
 from understudy.model.example_source import ExampleSource
-from understudy.model.features import CounterFeature, FlagFeature, ReadingKey, TimerFeature
+from understudy.model.features import CounterFeature, FlagFeature, TimerFeature
 from understudy.model.learner_options import LONGEST_REACTION_S
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library
-from understudy.records.header import RecordingHeader, RunInfo
-from understudy.records.reader import Recording
+from understudy.records.record import Episode, Record, fill_readings, select_episode
 from understudy.records.replay import ReplayBody
 from understudy.training.example_index import make_example_key
 from understudy.training.feature_values import (
@@ -67,7 +65,7 @@ def name_state(label: str) -> str:
     return f"{name}_" if name == START.name else name
 
 
-def _list_pieces(segmentation: Segmentation, episode: DriveEpisode) -> Iterator[list[Span]]:
+def _list_pieces(segmentation: Segmentation, episode: Episode) -> Iterator[list[Span]]:
     """Yield the spans of an episode in pieces, which are parted by ticks that nothing explains."""
     piece: list[Span] = []
     for span in segmentation.list_spans(episode):
@@ -80,7 +78,7 @@ def _list_pieces(segmentation: Segmentation, episode: DriveEpisode) -> Iterator[
         yield piece
 
 
-def _begins_episode(segmentation: Segmentation, episode: DriveEpisode, first: int) -> bool:
+def _begins_episode(segmentation: Segmentation, episode: Episode, first: int) -> bool:
     """Return whether the driver begins with the first explained tick of an episode.
 
     Before it there may be a short time that nothing explains: a rest, and the first ticks in which the stick moves.
@@ -119,7 +117,7 @@ def _teach_piece(
     drive = segmentation.drive
     episode = drive.find_episode(spans[0].first)
     first, end = spans[0].first, spans[-1].end
-    body = ReplayBody(make_recording(drive, DriveEpisode(episode.source, first, end)))
+    body = make_replay(drive, Episode(episode.source, first, end))
     session = Session(body, library, lesson)
     session.train()
     starts = {span.first: span for span in spans}
@@ -151,7 +149,7 @@ def _teach_piece(
     return replace(taught, examples=tuple(examples))
 
 
-def _make_source(episode: DriveEpisode, time_s: float, certainty: float) -> ExampleSource:
+def _make_source(episode: Episode, time_s: float, certainty: float) -> ExampleSource:
     """Make the source of an example; more than four digits of a certainty would only make files longer."""
     return ExampleSource(Path(episode.source).name, time_s, certainty=round(certainty, 4))
 
@@ -244,27 +242,11 @@ def _doubt_rare_switches(lesson: Lesson) -> Lesson:
     )
 
 
-def make_recording(drive: RecordedDrive, episode: DriveEpisode) -> Recording:
-    """Make a recording of the readings of an episode, which sessions replay; readings that a drive lacks are absent."""
-    ticks = episode.ticks
-    keys: list[ReadingKey] = [
-        (each.name, target)
-        for each in drive.readings
-        for target in (drive.targets if each.of_targets else (None,))
-    ]
-    count = episode.end - episode.first
-    absent = np.full(count, np.nan)
-    columns = [drive.values[key][ticks] if key in drive.values else absent for key in keys]
-    head = RecordingHeader(
-        ("",), drive.tick_s, float(drive.times[episode.first]), drive.readings, drive.targets, drive.channels,
-        RunInfo(), {},
-    )  # fmt: skip
-    values = np.stack(columns, axis=1)[:, :, None] if columns else np.zeros((count, 0, 1))
-    return Recording(
-        Path(episode.source), head, drive.times[ticks], tuple(keys), values, [[()] * count], [()], whole=True
-    )
+def make_replay(drive: Record, episode: Episode) -> ReplayBody:
+    """Make a body that replays the readings of an episode; readings that a drive lacks are absent."""
+    return ReplayBody([fill_readings(select_episode(drive, episode))])
 
 
-def list_drive_steady_readings(drive: RecordedDrive) -> frozenset[str]:
+def list_drive_steady_readings(drive: Record) -> frozenset[str]:
     """List the readings of a drive that a reaction time never shifts."""
-    return list_steady_readings(ReplayBody(make_recording(drive, drive.episodes[0])))
+    return list_steady_readings(make_replay(drive, drive.episodes[0]))

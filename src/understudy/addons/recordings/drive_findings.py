@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from understudy.addons.recordings.lesson_from_drive import DriveLesson
 from understudy.addons.recordings.motion_latency import MotionLatency, estimate_motion_latencies
 from understudy.addons.recordings.propose_behaviors import describe_command, propose_behaviors
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.addons.recordings.relabel import list_label_questions
 from understudy.addons.recordings.segment import Segmentation
 from understudy.addons.recordings.split_states import propose_splits
+from understudy.records.record import Record
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +117,6 @@ def make_drive_findings(segmentation: Segmentation, lesson: DriveLesson | None) 
     )
 
 
-def _locate(drive: RecordedDrive, first: int, end: int) -> DrivePlace:
+def _locate(drive: Record, first: int, end: int) -> DrivePlace:
     file = drive.find_episode(first).source
     return DrivePlace(file, float(drive.times[first]), float(drive.times[end - 1] + drive.tick_s))

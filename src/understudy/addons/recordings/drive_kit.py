@@ -7,20 +7,20 @@ from dataclasses import replace
 from itertools import product
 
 from understudy.addons.recordings.candidates import BehaviorCandidate, Candidate
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.errors import UnknownName
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature, TimeInState
 from understudy.model.library import Kit, Library
+from understudy.records.record import Record
 from understudy.runtime.link import GroundBehavior
 
 PARAMETER = "A"
 """The name of the target parameter of features that are readings of a target."""
 
 
-def make_drive_kit(drive: RecordedDrive, behaviors: Mapping[str, Mapping[str, float]]) -> Kit:
+def make_drive_kit(drive: Record, behaviors: Mapping[str, Mapping[str, float]]) -> Kit:
     """Make a kit of what a drive has: a feature for each reading, its targets, and behaviors given as commands.
 
     Parameters
@@ -54,7 +54,7 @@ def make_drive_kit(drive: RecordedDrive, behaviors: Mapping[str, Mapping[str, fl
     )
 
 
-def list_drive_features(library: Library, drive: RecordedDrive) -> tuple[BoundFeature, ...]:
+def list_drive_features(library: Library, drive: Record) -> tuple[BoundFeature, ...]:
     """List the features of a kit that are readings of a drive, with each target of which it has the reading."""
     bound_features = []
     for feature in library.kit.features.values():
@@ -67,7 +67,7 @@ def list_drive_features(library: Library, drive: RecordedDrive) -> tuple[BoundFe
 
 
 def make_candidates(
-    library: Library, drive: RecordedDrive, behaviors: Sequence[str] | None = None
+    library: Library, drive: Record, behaviors: Sequence[str] | None = None
 ) -> tuple[Candidate, ...]:
     """Make candidates of basic behaviors and automata, one for each choice of their targets in a drive.
 
@@ -98,7 +98,7 @@ def make_candidates(
     )
 
 
-def _ground(library: Library, drive: RecordedDrive, call: str, *, is_named: bool) -> Iterator[Candidate]:
+def _ground(library: Library, drive: Record, call: str, *, is_named: bool) -> Iterator[Candidate]:
     name, _, rest = call.partition("(")
     name = name.strip()
     behavior = library.behavior(name)

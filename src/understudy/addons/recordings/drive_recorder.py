@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, RecordedDrive
+from understudy.records.record import POSE, Episode, Floats, Record
 from understudy.runtime.body import Body, list_reading_keys
 
 FIRST_ROWS = 256
-POSE = ("x", "y", "heading")
 
 
 class DriveRecorder:
@@ -71,18 +70,18 @@ class DriveRecorder:
         self._rows[self.ticks] = (time_s, *readings, *commands, *pose)
         self.ticks += 1
 
-    def make_drive(self) -> RecordedDrive:
+    def make_drive(self) -> Record:
         """Make a drive of all ticks so far, which later ones do not change.
 
         Returns
         -------
-        RecordedDrive
+        Record
             The drive; an episode without ticks is left out.
         """
         rows = self._rows[: self.ticks].copy()
         first = 1 + len(self.keys)
         ends = [start for _, start in self._starts[1:]] + [self.ticks]
-        return RecordedDrive(
+        return Record(
             times=rows[:, 0],
             values={key: rows[:, 1 + index] for index, key in enumerate(self.keys)},
             commands=np.ascontiguousarray(rows[:, first : first + len(self._channels)]),
@@ -91,18 +90,13 @@ class DriveRecorder:
             targets=self._targets,
             tick_s=self._tick_s,
             episodes=tuple(
-                DriveEpisode(source, start, end)
+                Episode(source, start, end)
                 for (source, start), end in zip(self._starts, ends, strict=True)
                 if end > start
             ),
+            pose={name: rows[:, index - len(POSE)] for index, name in enumerate(POSE)},
         )
 
-    def list_poses(self) -> Floats:
-        """List the pose of the robot after each tick so far.
-
-        Returns
-        -------
-        array, shape [T, 3]
-            x and y in m, and the heading in rad.
-        """
-        return self._rows[: self.ticks, -len(POSE) :].copy()
+    def list_places(self) -> Floats:
+        """List the x and y (m) of the robot after each tick so far, shape [T, 2]; NaN if they are not known."""
+        return self._rows[: self.ticks, -len(POSE) : -1].copy()

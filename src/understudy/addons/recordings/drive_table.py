@@ -21,13 +21,13 @@ from understudy.addons.recordings.mapping_file import (
     ReadingColumn,
     RecordingMap,
 )
-from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, RecordedDrive
 from understudy.addons.recordings.recorded_table import TIME, RecordedTable
 from understudy.addons.recordings.recording_readers import find_reader
 from understudy.addons.recordings.row_times import RowTimes, find_row_times
 from understudy.errors import join_names
 from understudy.model.features import format_reading_label
 from understudy.model.value_kinds import BOOLEAN, Categorical, Column, Kind, Toroidal
+from understudy.records.record import Episode, Floats, Record
 from understudy.runtime.body import Channel, Reading
 
 COMMAND = "command."
@@ -39,7 +39,7 @@ MOST_TICKS = 3
 """The largest number of ticks for each row on average; with more, ticks are as long as rows are apart on average."""
 
 
-def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
+def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> Record:
     """Read a drive from a table (CSV, JSON lines, Parquet) or from recorded messages (MCAP, ROS 2, ROS 1).
 
     Parameters
@@ -55,7 +55,7 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
 
     Returns
     -------
-    RecordedDrive
+    Record
         The drive; its `omissions` say what was left out.
 
     Raises
@@ -72,7 +72,7 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
     return convert_table(find_reader(path)(path, mapping), mapping)
 
 
-def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> RecordedDrive:
+def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> Record:
     """Make a drive of a table, as `read_recorded_drive` does."""
     mapping = table.mapping or mapping or _guess_mapping(table)
     if not len(table.cells):
@@ -101,7 +101,7 @@ def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> 
     starts = np.searchsorted(usable, at.starts).tolist()
     tick_s, ticks, when, episodes = _resample(table, at.times[usable], starts, mapping.tick_s)
     rows = usable[ticks]
-    return RecordedDrive(
+    return Record(
         when,
         {key: values[rows] for key, values in columns.items()},
         held[rows],
@@ -244,7 +244,7 @@ def _hold(values: Column, at: RowTimes) -> tuple[Column, Column]:
 
 def _resample(
     table: RecordedTable, times: Column, starts: Sequence[int], wanted_s: float | None
-) -> tuple[float, NDArray[np.int64], Column, tuple[DriveEpisode, ...]]:
+) -> tuple[float, NDArray[np.int64], Column, tuple[Episode, ...]]:
     """Choose the row of each tick: the last one until then. Return the tick, rows, times and episodes."""
     edges = [*dict.fromkeys(starts), len(times)]
     pieces = [np.arange(first, end) for first, end in itertools.pairwise(edges) if end > first]
@@ -264,7 +264,7 @@ def _resample(
             chosen = piece[np.searchsorted(at, when + 1e-9, side="right") - 1]
         rows.append(chosen)
         ticks.append(when)
-        episodes.append(DriveEpisode(table.path.name, first, first + len(chosen)))
+        episodes.append(Episode(table.path.name, first, first + len(chosen)))
         first += len(chosen)
         used += len(np.unique(chosen))
     if used < len(times) and wanted_s is None:

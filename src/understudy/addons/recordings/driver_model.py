@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from understudy.addons.recordings.recorded_drive import Floats
+from understudy.records.record import Floats
 
 OUTLIERS = 0.01
 """The share of commands that no candidate explains although its label is right."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from understudy.addons.recordings.candidates import Candidate
-from understudy.addons.recordings.recorded_drive import join_drives
 from understudy.addons.recordings.segment import Segmentation
+from understudy.records.join_records import join_records
 
 
 def join_segmentations(parts: Sequence[Segmentation]) -> Segmentation:
@@ -32,7 +32,7 @@ def join_segmentations(parts: Sequence[Segmentation]) -> Segmentation:
     """
     if len(parts) == 1:
         return parts[0]
-    drive = join_drives([each.drive for each in parts])
+    drive = join_records([each.drive for each in parts])
     candidates: dict[str, Candidate] = {}
     for candidate in (candidate for each in parts for candidate in each.candidates):
         candidates.setdefault(candidate.name, candidate)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from understudy.addons.recordings.recorded_drive import Floats, Ints
+from understudy.records.record import Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ drive = 1.0
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from math import isfinite, pi
 from pathlib import Path
 from typing import Literal
@@ -179,6 +180,20 @@ class RecordingMap(StrictStruct, frozen=True, kw_only=True):
         """
         times = [self.time] if isinstance(self.time, str) else [*(self.time or ())]
         return [*times, *(each.column for each in self.readings), *(each.column for each in self.commands)]
+
+
+class InvalidMapping(FileError, json_type="InvalidMapping"):
+    """A value of a mapping that no recording could be read with; `place` is its key, and `path` the recording's."""
+
+
+@contextmanager
+def name_mapping_file(path: Path | str | None) -> Iterator[None]:
+    """Name the mapping file, if there is one, in errors about its values that come while a recording is read."""
+    try:
+        yield
+    except InvalidMapping as error:
+        where = error.path if path is None else path
+        raise FileError(path=where, place=error.place, problem=error.problem, remedy=error.remedy) from None
 
 
 def complete_topic(name: str) -> str:

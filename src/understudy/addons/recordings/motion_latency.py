@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import Categorical, Column, Toroidal
+from understudy.records.record import Record
 
 LONGEST_S = 1.5
 """The longest latency, s, that is looked for."""
@@ -47,7 +47,7 @@ class MotionLatency:
     correlation: float
 
 
-def estimate_motion_latencies(drive: RecordedDrive) -> tuple[MotionLatency, ...]:
+def estimate_motion_latencies(drive: Record) -> tuple[MotionLatency, ...]:
     """Estimate the latency of each command channel, by the reading that follows it most closely.
 
     Parameters
@@ -75,7 +75,7 @@ def estimate_motion_latencies(drive: RecordedDrive) -> tuple[MotionLatency, ...]
     return tuple(latencies)
 
 
-def _list_rates(drive: RecordedDrive) -> Iterator[tuple[str, tuple[str, Column]]]:
+def _list_rates(drive: Record) -> Iterator[tuple[str, tuple[str, Column]]]:
     """Yield rates of change [T], 1/s, with the unit that a channel must have to be compared with them, by reading."""
     readings = {each.name: each for each in drive.readings}
     for key, column in drive.values.items():
@@ -92,7 +92,7 @@ def _list_rates(drive: RecordedDrive) -> Iterator[tuple[str, tuple[str, Column]]
         yield "place", ("", speed)
 
 
-def _differentiate(drive: RecordedDrive, column: Column, period: float | None) -> Column:
+def _differentiate(drive: Record, column: Column, period: float | None) -> Column:
     """Return by how much a column changes until the next tick, per second; NaN at the end of episodes."""
     steps = np.diff(column, append=np.nan)
     if period is not None:
@@ -102,7 +102,7 @@ def _differentiate(drive: RecordedDrive, column: Column, period: float | None) -
     return rates
 
 
-def _compute_speed(drive: RecordedDrive) -> Column | None:
+def _compute_speed(drive: Record) -> Column | None:
     """Return the speed along the heading [T], m/s, if the drive has the place of the robot."""
     axes: list[Column] = []
     for name in ("x", "y"):
@@ -117,7 +117,7 @@ def _compute_speed(drive: RecordedDrive) -> Column | None:
     return ahead
 
 
-def _compare(drive: RecordedDrive, channel: int, reading: str, rate: Column) -> MotionLatency | None:
+def _compare(drive: Record, channel: int, reading: str, rate: Column) -> MotionLatency | None:
     """Return the latency at which a rate follows a channel most closely, unless that is at the end of the range."""
     longest = round(LONGEST_S / drive.tick_s)
     pairs: list[list[tuple[Column, Column]]] = [[] for _ in range(longest + 1)]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from understudy.addons.recordings.lattice import Lattice, measure_windows
-from understudy.addons.recordings.recorded_drive import Floats, Ints
+from understudy.records.record import Floats, Ints
 
 
 def compute_posteriors(lattice: Lattice) -> Floats:

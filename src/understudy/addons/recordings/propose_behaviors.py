@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from understudy.addons.recordings.alternation import shift_ticks
 from understudy.addons.recordings.candidates import BehaviorCandidate, Candidate
 from understudy.addons.recordings.driver_model import DriverModel, guess_still_driver
-from understudy.addons.recordings.recorded_drive import Floats, RecordedDrive
 from understudy.addons.recordings.segment import UNEXPLAINED, Segmentation, Span, label_drive, segment
 from understudy.errors import DefinitionError
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding
+from understudy.records.record import Floats, Record
 from understudy.runtime.body import Channel
 from understudy.runtime.link import GroundBehavior
 
@@ -87,7 +87,7 @@ def propose_behaviors(
     return tuple(sorted(proposals, key=lambda each: -each.seconds))
 
 
-def discover_behaviors(drive: RecordedDrive, *, most: int = 8) -> tuple[BehaviorProposal, ...]:
+def discover_behaviors(drive: Record, *, most: int = 8) -> tuple[BehaviorProposal, ...]:
     """Propose basic behaviors for a drive of which nothing is known: the constant commands that recur in it.
 
     Parameters
@@ -117,7 +117,7 @@ def discover_behaviors(drive: RecordedDrive, *, most: int = 8) -> tuple[Behavior
 
 
 def _propose(
-    drive: RecordedDrive,
+    drive: Record,
     candidates: Sequence[Candidate],
     unexplained: NDArray[np.bool_],
     driver: DriverModel,
@@ -142,7 +142,7 @@ def _propose(
     return _select_proposals(drive, candidates, unexplained, driver, commands, least_s)
 
 
-def _vote(drive: RecordedDrive, driver: DriverModel) -> tuple[Floats, Floats]:
+def _vote(drive: Record, driver: DriverModel) -> tuple[Floats, Floats]:
     """Return the constant aim [T, C] that would explain each tick's command exactly, and its standard deviation [C]."""
     last = shift_ticks(drive.list_last_commands(), driver.dead_ticks, drive.episodes)
     answer = shift_ticks(drive.commands, driver.dead_ticks, drive.episodes)
@@ -177,7 +177,7 @@ def _round_command(channels: Sequence[Channel], center: Floats, deviation: Float
 
 
 def _select_proposals(
-    drive: RecordedDrive,
+    drive: Record,
     candidates: Sequence[Candidate],
     unexplained: NDArray[np.bool_],
     driver: DriverModel,

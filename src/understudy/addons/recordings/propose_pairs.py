@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from understudy.addons.recordings.drive_examples import list_drive_steady_readings
 from understudy.addons.recordings.lesson_from_drive import DriveLesson
-from understudy.addons.recordings.recorded_drive import Floats, Ints, RecordedDrive
 from understudy.addons.recordings.rerun_drive import (
     OTHER,
     Agreement,
@@ -32,6 +31,7 @@ from understudy.model.features import BoundFeature, Feature, Percept, pair_featu
 from understudy.model.lesson import Lesson
 from understudy.model.reading_pairs import PairOperation, ReadingPair, find_pair_kind, pair_units
 from understudy.model.value_kinds import Column, Continuous, Toroidal
+from understudy.records.record import Floats, Ints, Record
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_shifted_row
 
@@ -419,7 +419,7 @@ def _separate(column: Column, one: Ints, other: Ints) -> float:
     return float(np.abs(np.subtract(*below)).max())
 
 
-def _read_examples(lesson: Lesson, drive: RecordedDrive) -> Percept:
+def _read_examples(lesson: Lesson, drive: Record) -> Percept:
     """Return the readings at the moments of examples, those of presses a reaction time earlier, as columns."""
     record, steady = lesson.record, list_drive_steady_readings(drive)
     exact = [each.moment or 0 for each in lesson.examples]

@@ -15,7 +15,13 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.recordings.mapping_file import UNITS, ReadingColumn, RecordingMap, complete_topic
+from understudy.addons.recordings.mapping_file import (
+    UNITS,
+    InvalidMapping,
+    ReadingColumn,
+    RecordingMap,
+    complete_topic,
+)
 from understudy.addons.recordings.message_fields import (
     Extract,
     make_walk,
@@ -118,9 +124,14 @@ class RecordedInputs:
         if sources.camera is not None and sources.topic(sources.camera.topic) not in file.topics:
             sources = replace(sources, camera=None)  # which would need OpenCV
         self._received: dict[str, list[Callable[[Any, float], None]]] = {}
-        self.inputs = SensorInputs(
-            sources, self, path=file.path, more=inputs, decode=lambda type, message: message
-        )
+        try:
+            self.inputs = SensorInputs(
+                sources, self, path=file.path, more=inputs, decode=lambda type, message: message
+            )
+        except FileError as error:  # about the targets, frames or camera that the mapping names
+            raise InvalidMapping(
+                path=file.path, place=error.place, problem=error.problem, remedy=error.remedy
+            ) from None
         self._listeners: dict[str, list[str]] = {}
         for name, source in self.inputs.sources.items():
             for topic in [source.topic] if name != FRAMES or sources.frames is None else [

@@ -14,15 +14,15 @@ from types import MappingProxyType
 
 import numpy as np
 
-from understudy.addons.recordings.drive_examples import make_recording, name_state
+from understudy.addons.recordings.drive_examples import name_state
 from understudy.addons.recordings.drive_kit import remove_functions
 from understudy.addons.recordings.lesson_from_drive import DriveLesson
-from understudy.addons.recordings.recorded_drive import DriveEpisode, Ints, RecordedDrive
 from understudy.addons.recordings.segment import Segmentation
 from understudy.learning.fit import learn_automaton
 from understudy.model.example_source import ExampleSource
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.records.record import Episode, Ints, Record, fill_readings, select_episode
 from understudy.records.replay import ReplayBody
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter, StackFrame
@@ -108,7 +108,7 @@ class Agreement:
 def run_over_drive(
     library: Library,
     automaton: str,
-    drive: RecordedDrive,
+    drive: Record,
     names: tuple[str, ...],
     *,
     targets: Mapping[str, str] = MappingProxyType({}),
@@ -144,22 +144,21 @@ def run_over_drive(
 
 def _run_ticks(
     program: Program,
-    drive: RecordedDrive,
-    ticks: DriveEpisode,
+    drive: Record,
+    ticks: Episode,
     names: Sequence[str],
     before: Sequence[StackFrame] = (),
 ) -> list[int]:
     """Run a program over ticks in a row, from its start, or from a state that it is in before them."""
-    recording = make_recording(drive, ticks)
-    percept = {key: recording.values[:, column, 0] for column, key in enumerate(recording.keys)}
-    sensing = FeatureColumns(program.features, ReplayBody(recording), agents=recording.ticks)
+    part = fill_readings(select_episode(drive, ticks))
+    sensing = FeatureColumns(program.features, ReplayBody([part]), agents=part.ticks)
     indices = {name_state(name): index for index, name in enumerate(names)}
-    times = recording.times.tolist()
+    times = part.times.tolist()
     interpreter = Interpreter(program, now=times[0])
     if before:
         interpreter.restore(before, now=times[0])
     states = []
-    for row, now in zip(sensing.columns(percept).T.tolist(), times, strict=True):
+    for row, now in zip(sensing.columns(part.values).T.tolist(), times, strict=True):
         interpreter.pulse(row, now)
         states.append(indices.get(interpreter.path[0], OTHER))
     return states
@@ -266,7 +265,7 @@ def count_repeated(
     )
 
 
-def leave_out(lesson: Lesson, drive: RecordedDrive, episodes: Sequence[DriveEpisode]) -> Lesson:
+def leave_out(lesson: Lesson, drive: Record, episodes: Sequence[Episode]) -> Lesson:
     """Return a lesson without the examples that were made from several episodes of a drive.
 
     Parameters
@@ -297,17 +296,17 @@ def _is_within(source: ExampleSource | None, spans: Sequence[tuple[str, float, f
     )
 
 
-def _divide_drive(drive: RecordedDrive) -> list[Sequence[DriveEpisode]]:
+def _divide_drive(drive: Record) -> list[Sequence[Episode]]:
     """Divide a drive into parts that are left out of learning in turn: episodes, or blocks of a single one."""
     if len(drive.episodes) > 1:
         parts = min(len(drive.episodes), MOST_PARTS)
         return [drive.episodes[part::parts] for part in range(parts)]
     (whole,) = drive.episodes
     blocks = np.array_split(np.arange(whole.first, whole.end), MOST_PARTS)
-    return [[DriveEpisode(whole.source, int(each[0]), int(each[-1]) + 1)] for each in blocks if len(each)]
+    return [[Episode(whole.source, int(each[0]), int(each[-1]) + 1)] for each in blocks if len(each)]
 
 
-def _find_state_before(segmentation: Segmentation, block: DriveEpisode, name: str) -> tuple[StackFrame, ...]:
+def _find_state_before(segmentation: Segmentation, block: Episode, name: str) -> tuple[StackFrame, ...]:
     """Find the state of the driver before a block of an episode: the last label, or else the first in the block.
 
     Only the beginning of the drive shows what the driver does first, so what is learned without it cannot know.

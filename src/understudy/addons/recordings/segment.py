@@ -23,18 +23,12 @@ from understudy.addons.recordings.candidates import Candidate, CommandModel
 from understudy.addons.recordings.driver_model import DriverModel
 from understudy.addons.recordings.lattice import find_states
 from understudy.addons.recordings.posterior import compute_posteriors
-from understudy.addons.recordings.recorded_drive import (
-    DriveEpisode,
-    Floats,
-    Ints,
-    RecordedDrive,
-    join_drives,
-    sample_drive,
-)
 from understudy.addons.recordings.speed_share import make_full_shares, widen_noise
 from understudy.addons.recordings.switch_model import SwitchModel, learn_switches
 from understudy.errors import DefinitionError
 from understudy.model.features import BoundFeature
+from understudy.records.join_records import join_records
+from understudy.records.record import Episode, Floats, Ints, Record, sample_record
 
 UNEXPLAINED = "unexplained"
 """The label of ticks whose commands no candidate explains."""
@@ -96,7 +90,7 @@ class Segmentation:
         The chances of switches, if features were given that they may depend on.
     """
 
-    drive: RecordedDrive
+    drive: Record
     candidates: tuple[Candidate, ...]
     labels: Ints
     posteriors: Floats
@@ -131,7 +125,7 @@ class Segmentation:
         """
         return self.posteriors[np.arange(first, end), self.labels[first:end]]
 
-    def list_spans(self, episode: DriveEpisode) -> list[Span]:
+    def list_spans(self, episode: Episode) -> list[Span]:
         """List the spans of an episode in order.
 
         Parameters
@@ -152,7 +146,7 @@ class Segmentation:
 
 
 def segment(
-    recording: RecordedDrive | Sequence[RecordedDrive],
+    recording: Record | Sequence[Record],
     candidates: Sequence[Candidate],
     *,
     features: Sequence[BoundFeature] = (),
@@ -184,7 +178,7 @@ def segment(
     DefinitionError
         If there is no candidate, two have one name, or the recordings do not fit each other.
     """
-    drive = recording if isinstance(recording, RecordedDrive) else join_drives(recording)
+    drive = recording if isinstance(recording, Record) else join_records(recording)
     names = [each.name for each in candidates]
     if not names or len(set(names)) < len(names):
         problem = "there are none" if not names else f"two are called {max(names, key=names.count)!r}"
@@ -193,7 +187,7 @@ def segment(
         )
     chosen = options or SegmentOptions()
     rules = SwitchRules(chosen.price, max(1, round(chosen.shortest_s / drive.tick_s)))
-    sample = sample_drive(drive, most=MOST_TICKS)
+    sample = sample_record(drive, most=MOST_TICKS)
     fitted = _fit(sample, candidates, rules)
     driver, switches = fitted.driver, None
     if features:
@@ -209,7 +203,7 @@ def list_unknown(candidates: Sequence[Candidate]) -> dict[str, tuple[float, floa
     return {name: span for each in models for name, span in each.unknown.items()}
 
 
-def _fit(drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules) -> DriverFit:
+def _fit(drive: Record, candidates: Sequence[Candidate], rules: SwitchRules) -> DriverFit:
     """Estimate the driver and unknown constants, from several starts if there are any."""
     ranges = list_unknown(candidates)
     if not ranges:
@@ -225,7 +219,7 @@ def _fit(drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRul
 
 
 def label_drive(
-    drive: RecordedDrive,
+    drive: Record,
     candidates: Sequence[Candidate],
     driver: DriverModel,
     *,
@@ -270,7 +264,7 @@ def label_drive(
 
 
 def _find_speeds(
-    drive: RecordedDrive,
+    drive: Record,
     stack: PredictionStack,
     driver: DriverModel,
     rules: SwitchRules,

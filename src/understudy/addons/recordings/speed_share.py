@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from understudy.addons.recordings.driver_model import DriverModel
-from understudy.addons.recordings.recorded_drive import Floats, Ints, RecordedDrive
+from understudy.records.record import Floats, Ints, Record
 
 USUAL_SPREAD = 0.2
 """Standard deviation, before an episode is seen, of the share of full speed at which a driver drives, about 1."""
@@ -19,12 +19,12 @@ SLOWEST, FASTEST = 0.5, 1.25
 """The smallest and the largest share of full speed that is searched for."""
 
 
-def make_full_shares(drive: RecordedDrive) -> Floats:
+def make_full_shares(drive: Record) -> Floats:
     """Return shares [T, C] of 1: each behavior at the speed that it commands."""
     return np.ones(drive.commands.shape)
 
 
-def scale_aims(drive: RecordedDrive, aims: Floats, shares: Floats) -> Floats:
+def scale_aims(drive: Record, aims: Floats, shares: Floats) -> Floats:
     """Return aims [T, C] of which the distance from rest is scaled by shares [T, C]."""
     rest = np.array([each.rest for each in drive.channels])
     scaled: Floats = rest + shares * (aims - rest)
@@ -37,7 +37,7 @@ def widen_noise(driver: DriverModel) -> DriverModel:
 
 
 def estimate_shares(
-    drive: RecordedDrive, driver: DriverModel, ticks: Ints, aims: Floats, answers: tuple[Floats, Floats]
+    drive: Record, driver: DriverModel, ticks: Ints, aims: Floats, answers: tuple[Floats, Floats]
 ) -> Floats:
     """Estimate the share of each episode and channel from ticks whose labels are known.
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, Floats, RecordedDrive
 from understudy.model.features import BoundFeature
 from understudy.model.value_kinds import Categorical, Toroidal
+from understudy.records.record import Episode, Floats, Record
 from understudy.runtime.feature_columns import read_feature_column
 
 ROUNDS = 24
@@ -39,14 +39,14 @@ class FeatureScale:
     mean: Floats
     spread: Floats
 
-    def encode(self, drive: RecordedDrive) -> Floats:
+    def encode(self, drive: Record) -> Floats:
         """Return the inputs [T, F + 1] of a drive, the last of which is 1."""
         raw = _read_inputs(drive, self.features)
         scaled = np.nan_to_num((raw - self.mean) / self.spread)
         return np.column_stack([scaled, np.ones(drive.ticks)])
 
 
-def measure_scale(drive: RecordedDrive, features: Sequence[BoundFeature]) -> FeatureScale:
+def measure_scale(drive: Record, features: Sequence[BoundFeature]) -> FeatureScale:
     """Measure mean and spread of the inputs that features of a drive give."""
     raw = _read_inputs(drive, features)
     present = np.isfinite(raw)
@@ -57,7 +57,7 @@ def measure_scale(drive: RecordedDrive, features: Sequence[BoundFeature]) -> Fea
     return FeatureScale(tuple(features), mean, spread)
 
 
-def _read_inputs(drive: RecordedDrive, features: Sequence[BoundFeature]) -> Floats:
+def _read_inputs(drive: Record, features: Sequence[BoundFeature]) -> Floats:
     """Return columns for a regression: angles as sine and cosine, labels one by one, and whether a value is absent."""
     columns = []
     for each in features:
@@ -88,7 +88,7 @@ class SwitchModel:
     scale: FeatureScale
     weights: Floats
 
-    def predict(self, drive: RecordedDrive) -> Floats:
+    def predict(self, drive: Record) -> Floats:
         """Return the logarithm of the chance of each next label after each label at each tick [T, K, K]."""
         return _predict(self.weights, self.scale.encode(drive))
 
@@ -100,7 +100,7 @@ def _predict(weights: Floats, inputs: Floats) -> Floats:
 
 
 def learn_switches(
-    drive: RecordedDrive,
+    drive: Record,
     fit: Floats,
     features: Sequence[BoundFeature],
 ) -> SwitchModel:
@@ -132,7 +132,7 @@ def learn_switches(
     return SwitchModel(scale, weights)
 
 
-def count_switches(fit: Floats, chances: Floats, episode: DriveEpisode) -> Floats:
+def count_switches(fit: Floats, chances: Floats, episode: Episode) -> Floats:
     """Return how probable each label [K, K] before and at each tick of an episode is; zero at its first tick."""
     near = np.exp(fit[episode.ticks] - fit[episode.ticks].max(axis=1, keepdims=True))
     moves = np.exp(chances[episode.ticks])

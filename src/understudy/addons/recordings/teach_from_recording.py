@@ -17,16 +17,8 @@ import numpy as np
 from understudy.errors import FileError, SessionError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.records.reader import (
-    GO_ON,
-    PRESS,
-    RESTART,
-    TEACH,
-    TEST,
-    TRAIN,
-    RecordedPress,
-    Recording,
-)
+from understudy.records.reader import Recording
+from understudy.records.record import GO_ON, PRESS, RESTART, TEACH, TEST, TRAIN, RecordedPress
 from understudy.records.replay import ReplayBody
 from understudy.training.session import Session
 
@@ -53,7 +45,7 @@ def teach_from_recording(
     It begins in training, even if the lesson's options say otherwise. SessionError is raised if a step is unknown or
     impossible.
     """
-    body = ReplayBody(recording)
+    body = ReplayBody(recording.records, recording.head)
     session = Session(body, library, lesson, targets=targets, agent=agent)
     session.train()
     waiting = sorted(presses, key=lambda each: each.tick)
@@ -102,12 +94,13 @@ def is_taught_live(presses: Sequence[RecordedPress]) -> bool:
 
 def list_recorded_presses(recording: Recording, agent: int = 0) -> Sequence[RecordedPress]:
     """Return the presses recorded for an agent; raise SessionError if there are none."""
-    if not recording.presses[agent]:
+    presses = recording.records[agent].presses
+    if not presses:
         raise SessionError(
             f"{recording.path} holds no presses; give --presses FILE.csv, with columns {', '.join(COLUMNS)}, or "
             "--behaviors A,B to find what was meant from the commands"
         )
-    return recording.presses[agent]
+    return presses
 
 
 def read_presses(path: Path | str, recording: Recording) -> Sequence[RecordedPress]:
@@ -152,7 +145,7 @@ def _pressed(path: Path, line: int, cells: Mapping[str, str], recording: Recordi
         remedy = f"give one of the recording, from {first:g} to {last:g}"
         raise _wrong(path, line, f"time_s is {cells['time_s']!r:.60}", remedy)
     tick = int(np.searchsorted(recording.times, time_s - NEAR_S))
-    return RecordedPress(tick, cells["state"] or None, does)
+    return RecordedPress(tick, cells["state"] or None, does=does)
 
 
 def _wrong(path: Path, line: int, problem: str, remedy: str) -> FileError:

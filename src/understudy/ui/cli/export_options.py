@@ -65,6 +65,15 @@ class ExportOptions(CommandOptions):
             show_default=False,
         ),
     ] = None
+    run: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--run",
+            metavar="FILE",
+            help="Recorded run on whose readings the code is tried, too; may be given several times.",
+            show_default=False,
+        ),
+    ] = None
 
 
 class ExportTableOptions(CommandOptions):

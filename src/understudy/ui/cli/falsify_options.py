@@ -58,7 +58,8 @@ class SearchOptions(CommandOptions):
     ] = None
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the search.")] = 0
     jobs: Annotated[
-        int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes for the search at random.")
+        int,
+        typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes for the search at random, at most."),
     ] = 1
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder that keeps failing worlds.")

@@ -195,7 +195,7 @@ class LibraryTestOptions(CommandOptions):
         ),
     ] = None
     jobs: Annotated[
-        int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes to share the tests.")
+        int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes to share the tests, at most.")
     ] = 1
     strict: Annotated[
         bool, typer.Option("--strict", help="Fail, too, if a property is undecided: its worlds are too few.")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,8 +15,9 @@ import typer
 
 from understudy.addons.checks.falsification.failing_world import FailingWorld
 from understudy.addons.checks.falsification.rerun_failures import rerun_failing_world
+from understudy.clock import REAL_TIME
 from understudy.errors import UnderstudyError
-from understudy.judging.process_pool import run_calls
+from understudy.judging.process_pool import LOADING_S, share_calls
 from understudy.judging.properties.lesson_tests import (
     LessonTestResult,
     describe_lost_decisions,
@@ -78,7 +80,7 @@ def test_library(
     failing
         The failing worlds.
     jobs
-        The number of processes.
+        The largest number of processes; there are never more than cores, and none for what takes a short time.
     quiet
         Whether no progress is shown.
 
@@ -103,7 +105,7 @@ def test_library(
         *((_rerun, each) for each in failing),
     ]
     with show_progress("Tests run", quiet=quiet) as report:
-        found = _run(setting, calls, min(jobs, len(calls)), report)
+        found = _run(setting, calls, jobs, report)
     lessons, end = len(labels), len(labels) + len(subjects)
     automata, properties, rerun = found[:lessons], found[lessons:end], found[end:]
     works = all(row["works"] for row in automata) and all(row["verdict"] != "fails" for row in properties)
@@ -116,19 +118,35 @@ def _run(
     calls: Sequence[tuple[Callable[..., Any], Any]],
     jobs: int,
     report: Callable[[int, int], None],
+    clock: Callable[[], float] = REAL_TIME,
 ) -> list[Any]:
-    """Return the results of tests in order."""
+    """Return the results of tests in order.
+
+    What is left takes as long as the last of its kind did, each; the first of a kind may have loaded kernels.
+    """
     report(0, len(calls))
-    found = dict[int, Any]()
-    tests = [partial(test if jobs < 2 else partial(_test_quietly, test), setting, of) for test, of in calls]
-    for number, each in run_calls(tests, jobs=jobs):
+    found, took_s = dict[int, Any](), dict[Callable[..., Any], float]()
+
+    def estimate_left_s() -> float:
+        return sum(took_s.get(test, 0.0) for test, _ in calls[len(found) :])
+
+    def measure() -> Iterator[Callable[[], Any]]:
+        for test, of in calls:
+            begun_s = clock()
+            yield partial(_test, test, setting, of)
+            loading_s = 0.0 if test in took_s else LOADING_S
+            took_s[test] = max(0.0, clock() - begun_s - loading_s)
+
+    for number, each in share_calls(measure(), jobs=jobs, estimate_left_s=estimate_left_s):
         found[number] = each.result()
         report(len(found), len(calls))
     return [found[number] for number in range(len(calls))]
 
 
-def _test_quietly(test: Callable[..., Any], setting: LibrarySetting, of: object) -> Any:
-    """Run a test in a process whose notes the main process has written already."""
+def _test(test: Callable[..., Any], setting: LibrarySetting, of: object) -> Any:
+    """Run a test; in a process of its own without notes, since the main process has written them already."""
+    if parent_process() is None:
+        return test(setting, of)
     with redirect_stderr(io.StringIO()):
         return test(setting, of)
 

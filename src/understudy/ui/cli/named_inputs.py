@@ -13,8 +13,7 @@ from understudy.entry_points import KITS, load_instance
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton
-from understudy.model.features import Feature
-from understudy.model.library import Kit, Library
+from understudy.model.library import Kit, Library, list_missing_parts
 from understudy.runtime.link import link
 from understudy.sim.kit import list_readings, make_scenario_kit
 from understudy.sim.scenario.schema import Scenario
@@ -182,15 +181,8 @@ def assign_run(
 
 def _refuse_other_readings(library: Library, name: str, scenario: Scenario) -> None:
     """Refuse a world that lacks readings or targets that an automaton learned from a recording needs."""
-    taught = library.taught.get(name)
-    kit = None if taught is None or taught.lesson is None else taught.lesson.kit
-    if kit is None:
-        return
-    offered, targets = {each.name for each in list_readings(scenario)}, make_scenario_kit(scenario).targets
-    readings = [each.reading for each in kit.features.values() if isinstance(each, Feature) and each.reading]
-    missing = [each for each in readings if each not in offered] + [
-        each for each in kit.targets if each not in targets
-    ]
+    readings, targets = {each.name for each in list_readings(scenario)}, make_scenario_kit(scenario).targets
+    missing = list_missing_parts(library.taught.get(name), readings, targets)
     if missing:
         raise SettingError(
             where="command line",

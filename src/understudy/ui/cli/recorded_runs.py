@@ -37,6 +37,7 @@ from understudy.ui.cli.options import WORLD
 
 if TYPE_CHECKING:
     from understudy.records.reader import Recording
+    from understudy.records.record import Record
     from understudy.runtime.link import Program
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
@@ -157,6 +158,17 @@ def describe_body_run(
 def is_recording(path: Path) -> bool:
     """Return whether the file name ends as that of a recording."""
     return path.suffix.lower() == SUFFIX
+
+
+def read_run(path: Path) -> list[Record]:
+    """Read the records of a journal, recording, trace, table of ticks or data set, whichever it is."""
+    from understudy.addons.bridges.datasets.lerobot_reader import is_lerobot, read_lerobot
+    from understudy.addons.bridges.datasets.minari_reader import is_minari, read_minari
+    from understudy.judging.record_files import read_records
+
+    if is_lerobot(path):
+        return read_lerobot(path)
+    return read_minari(path) if is_minari(path) else read_records(path)
 
 
 def read_recorded_scenario(recording: Recording) -> Scenario | None:

@@ -197,7 +197,9 @@ class EvaluateOptions(ScenarioOptions, RunOptions):
             show_default=False,
         ),
     ] = None
-    jobs: Annotated[int, typer.Option("--jobs", "-j", metavar="N", help="Processes to share the worlds.")] = 1
+    jobs: Annotated[
+        int, typer.Option("--jobs", "-j", metavar="N", help="Processes to share the worlds, at most.")
+    ] = 1
     each: Annotated[bool, typer.Option("--each", help="Print one row per world.")] = False
     layout: Annotated[
         str | None,

@@ -41,11 +41,16 @@ class Beside:
     begin: Begin | None
     has_processes: bool = True
 
-    def begin_run(self, run: Callable[[], None]) -> None:
-        """Begin a run that may take minutes; SessionError where the world would have to wait for it."""
+    def check_runs(self) -> None:
+        """Raise SessionError where the world would have to wait for a run that may take minutes."""
         if self.begin is None:
             raise SessionError(NO_RUNS)
-        self.begin(run)
+
+    def begin_run(self, run: Callable[[], None]) -> None:
+        """Begin a run that may take minutes; SessionError where the world would have to wait for it."""
+        self.check_runs()
+        if self.begin is not None:
+            self.begin(run)
 
     def close(self) -> None:
         """Cancel what waits for its turn."""

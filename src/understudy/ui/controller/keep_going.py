@@ -257,11 +257,7 @@ class LessonContinuation:
         """Go to the next world in which a version goes wrong, and say when and why."""
         number = self._shown.get(result, 0)
         self._shown[result], mistake = number + 1, result.mistakes[number]
-        before_s = mistake.wrong_s - self._go_to(mistake)
-        when = "from now on" if before_s < self._trainer.session.body.tick_s else f"in {before_s:.1f} s"
-        path = self._trainer.session_view.path
-        inner = f" {path[-2]} runs here: to correct that, open it." if len(path) > 1 else ""
-        return f"{when}: {mistake.why}.{inner} Press what it should do, and resume"
+        return go_to_mistake(self._trainer, mistake)
 
     def _find_caution(self) -> str:
         """Say that a raised flag counted as success in every situation, if its presses have nothing in common."""
@@ -273,20 +269,25 @@ class LessonContinuation:
             else ""
         )
 
-    def _go_to(self, mistake: Mistake) -> float:
-        """Run its world until shortly before the mistake, without learning, and pause; return the time, s."""
-        trainer, session = self._trainer, self._trainer.session
-        trainer.load_world(mistake.seed)
-        if dict(session.view().targets) != dict(mistake.binding):
-            session.bind_targets(**mistake.binding)
-        if session.mode is Mode.TRAINING:
-            session.test()
-        if not session.paused:
-            trainer.pause()
-        with stop_watching(session):
-            session.run_for(max(0.0, mistake.wrong_s - BEFORE_S - session.body.time_s))
-        trainer.note_moved(f"World {mistake.seed}")
-        return session.body.time_s
+
+def go_to_mistake(trainer: Trainer, mistake: Mistake) -> str:
+    """Run a world until shortly before a mistake, without learning, and pause; say when and why it goes wrong."""
+    session = trainer.session
+    trainer.load_world(mistake.seed)
+    if dict(session.view().targets) != dict(mistake.binding):
+        session.bind_targets(**mistake.binding)
+    if session.mode is Mode.TRAINING:
+        session.test()
+    if not session.paused:
+        trainer.pause()
+    with stop_watching(session):
+        session.run_for(max(0.0, mistake.wrong_s - BEFORE_S - session.body.time_s))
+    trainer.note_moved(f"World {mistake.seed}")
+    before_s = mistake.wrong_s - session.body.time_s
+    when = "from now on" if before_s < session.body.tick_s else f"in {before_s:.1f} s"
+    path = trainer.session_view.path
+    inner = f" {path[-2]} runs here: to correct that, open it." if len(path) > 1 else ""
+    return f"{when}: {mistake.why}.{inner} Press what it should do, and resume"
 
 
 def describe_teaching(lesson: Lesson) -> object:

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.addons.recordings.candidates import BehaviorCandidate, Candidate
-from understudy.addons.recordings.drive_recorder import POSE, DriveRecorder
-from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.drive_recorder import DriveRecorder
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
 from understudy.model.features import BoundFeature, Percept
+from understudy.records.record import POSE, Record
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.link import IDLE_PROGRAM, link
@@ -81,7 +81,7 @@ class LiveDrive:
         make_review: Callable[[Segmentation], RecordingReview],
         *,
         agent: int = 0,
-        keep: Callable[[RecordedDrive, NDArray[np.float64]], None] | None = None,
+        keep: Callable[[Record], None] | None = None,
         wall: Callable[[], float] = REAL_TIME,
     ) -> None:
         self.world, self.layout, self.agent = world, layout, agent
@@ -144,7 +144,7 @@ class LiveDrive:
     def list_places(self) -> NDArray[np.float64]:
         """List where the robot was at each tick of the review [T, 2], m; NaN where that is not known."""
         count = 0 if self.review is None else self.review.segmentation.drive.ticks
-        return self._recorder.list_poses()[:count, :2]
+        return self._recorder.list_places()[:count]
 
     def list_readings(self, features: Sequence[BoundFeature]) -> list[float]:
         """List the present values of features of the driven robot."""
@@ -217,7 +217,7 @@ class LiveDrive:
         if self._keep is not None and self.ticks > self._kept:
             self._kept = self.ticks
             try:
-                self._keep(self._recorder.make_drive(), self._recorder.list_poses())
+                self._keep(self._recorder.make_drive())
             except Exception as error:  # a full disk, or a folder that cannot be written
                 self.error = describe_error(error)
 

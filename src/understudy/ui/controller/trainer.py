@@ -34,6 +34,7 @@ from understudy.ui.controller.saved_lesson import SavedLesson
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices, check_new_name
+from understudy.ui.controller.world_grid import WorldGrid
 
 
 class Trainer:
@@ -59,6 +60,7 @@ class Trainer:
         self.folder, self.seed = folder, seed
         self.memory, self.explainer = RecentHistory(), DecisionExplainer(session)
         self.score, self.continuation = LessonScoreKeeper(session), LessonContinuation(self)
+        self.world_grid = WorldGrid(self)
         self.coach = CoachController(session, self.explainer, self.score)
         self.status = StatusMessage("")
         self.corrected = False

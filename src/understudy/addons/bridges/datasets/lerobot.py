@@ -24,7 +24,7 @@ from understudy.addons.bridges.datasets.lerobot_tables import (
 )
 from understudy.addons.bridges.datasets.new_folder import create_folder
 from understudy.errors import SettingError
-from understudy.judging.episodes.episode import Episode
+from understudy.records.record import Record
 
 Subtasks: TypeAlias = Literal["index", "language"]
 """How a data set spells the subtasks: as LeRobot 0.4 and 0.5 read them, or as LeRobot 0.6 does."""
@@ -56,7 +56,7 @@ EPISODE_COLUMNS = {
     "seed": "BIGINT",
     "presses": "STRUCT(tick BIGINT, state VARCHAR, correction BOOLEAN, kind VARCHAR)[]",
 }
-"""The columns of the table of episodes, but for statistics: LeRobot's own, then those of an Episode."""
+"""The columns of the table of episodes, but for statistics: LeRobot's own, then those of an Record."""
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 
 
@@ -64,7 +64,7 @@ QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 class _Part:
     """The place of one episode in the data set."""
 
-    episode: Episode
+    episode: Record
     number: int
     start: int
     task: int
@@ -72,14 +72,14 @@ class _Part:
 
 
 def write_lerobot(
-    episodes: Sequence[Episode], folder: Path | str, *, task: str = "", subtasks: Subtasks = "index"
+    episodes: Sequence[Record], folder: Path | str, *, task: str = "", subtasks: Subtasks = "index"
 ) -> None:
     """Write episodes as a data set that LeRobot loads (LeRobotDataset, format v3.0).
 
     Parameters
     ----------
     episodes
-        Episodes with the same readings, channels and length of ticks. If commands were not recorded, the action has one
+        Records with the same readings, channels and length of ticks. If commands were not recorded, the action has one
         column per state of the outermost automaton, which is 1 while the automaton is in this state, and otherwise 0.
     folder
         A new folder for the data set.
@@ -126,7 +126,7 @@ def write_lerobot(
             _write_data(database, output, data, chosen, [tables[number] for number in inside], subtasks)
 
 
-def _name_task(episode: Episode) -> str:
+def _name_task(episode: Record) -> str:
     return episode.behavior or "demonstration"
 
 
@@ -163,7 +163,7 @@ def _make_columns(data: Demonstrations, part: _Part, subtasks: Subtasks) -> dict
     return columns
 
 
-def _mark_states(data: Demonstrations, episode: Episode) -> np.ndarray:
+def _mark_states(data: Demonstrations, episode: Record) -> np.ndarray:
     """Return one column per state of the outermost automaton, shape [T, n]: 1 for the current one, otherwise 0."""
     states = np.arange(len(data.levels[0]))
     return np.equal(data.index_states(episode, 0)[:, np.newaxis], states).astype(np.float64)
@@ -203,15 +203,12 @@ def _write_info(output: Path, data: Demonstrations, tasks: int, subtasks: Subtas
 def _describe_features(data: Demonstrations, subtasks: Subtasks) -> dict[str, Any]:
     """Describe the columns; `info` is LeRobot's place for what only the writer of a column knows."""
     first = data.episodes[0]
-    about: dict[str, Any] = {"kinds": [kind and str(kind) for kind in data.kinds]}
-    if first.units:
-        about["units"] = [first.units.get(label, "") for label in data.readings]
+    about = {
+        "kinds": [str(kind) for kind in data.kinds],
+        "units": [first.find_unit(key) for key in first.values],
+    }
     features: dict[str, Any] = {STATE: _describe("float64", data.readings, about)}
-    units = (
-        {"units": [first.channel_units.get(name, "") for name in data.channels]}
-        if first.channel_units
-        else None
-    )
+    units = {"units": [each.unit for each in first.channels]} if first.channels else None
     features[ACTION] = _describe("float64", data.channels or data.levels[0], units)
     features[TIME] = _describe("float64")
     for level, names in enumerate(data.levels):
@@ -248,7 +245,7 @@ def _write_episode_table(
     tables: Sequence[Mapping[str, np.ndarray]],
     tasks: Sequence[str],
 ) -> None:
-    """Write what LeRobot and an Episode say about each episode, and its statistics."""
+    """Write what LeRobot and an Record say about each episode, and its statistics."""
     columns = dict(EPISODE_COLUMNS)
     rows = []
     for part, table in zip(parts, tables, strict=True):

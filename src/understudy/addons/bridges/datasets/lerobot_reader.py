@@ -1,4 +1,4 @@
-"""Data sets in LeRobot's format read as episodes: our own, and those of others, whose frames are ticks."""
+"""Data sets in LeRobot's format read as records: our own, and those of others, whose frames are ticks."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.bridges.datasets.demonstrations import NO_LEVEL
+from understudy.addons.bridges.datasets.demonstrations import NO_LEVEL, parse_kinds, parse_presses
 from understudy.addons.bridges.datasets.lerobot import ACTION, FORMAT_VERSION, POSE, STATE, TIME
 from understudy.errors import FileError
-from understudy.judging.episodes.episode import Episode, EpisodePress
-from understudy.model.lesson import ExampleKind
-from understudy.model.value_kinds import Continuous, Kind, parse_kind
+from understudy.records.record import Episode, Record, describe_labels
+from understudy.runtime.body import Channel
 from understudy.storage.parquet import read_parquet_rows
 
 INFO = "meta/info.json"
@@ -27,8 +26,8 @@ def is_lerobot(folder: Path | str) -> bool:
     return (Path(folder) / INFO).is_file()
 
 
-def read_lerobot(folder: Path | str) -> list[Episode]:
-    """Read the episodes of a data set in LeRobot's format (LeRobotDataset v3.0).
+def read_lerobot(folder: Path | str) -> list[Record]:
+    """Read a record of each episode of a data set in LeRobot's format (LeRobotDataset v3.0).
 
     The columns of `observation.state` are readings and those of `action` commands. Images are left out. Kinds and units
     of readings, states of all levels, presses, and who ran what are in data sets that `write_lerobot` wrote.
@@ -40,8 +39,8 @@ def read_lerobot(folder: Path | str) -> list[Episode]:
 
     Returns
     -------
-    list of Episode
-        The episodes in order.
+    list of Record
+        The records in order.
 
     Raises
     ------
@@ -62,7 +61,7 @@ def read_lerobot(folder: Path | str) -> list[Episode]:
     about = _read_episode_table(folder)
     try:
         return [
-            _make_episode(
+            _make_record(
                 folder,
                 features,
                 1 / info["fps"],
@@ -107,52 +106,44 @@ def _read_episode_table(folder: Path) -> dict[int, dict[str, Any]]:
     return about
 
 
-def _make_episode(
+def _make_record(
     folder: Path,
     features: Mapping[str, Any],
     tick_s: float,
     frames: Sequence[Mapping[str, Any]],
     about: Mapping[str, Any],
-) -> Episode:
+) -> Record:
     readings, commands = (_list_names(features[name], name) for name in (STATE, ACTION))
     states, actions = (_stack(frames, name) for name in (STATE, ACTION))
     info = features[STATE].get("info") or {}
-    kinds = info.get("kinds") or [None] * len(readings)
+    keys, described, targets = describe_labels(
+        readings, parse_kinds(info.get("kinds"), readings), info.get("units") or [""] * len(readings)
+    )
     times = [frame[TIME] if TIME in frame else frame["timestamp"] for frame in frames]
     place = features[POSE]["names"] if POSE in features else ()
     poses = _stack(frames, POSE) if place else np.zeros((len(frames), 0))
-    return Episode(
-        agent=about.get("agent") or "robot 0",
-        tick_s=tick_s,
+    if "state_0" in features and commands == features["state_0"]["info"]["labels"]:
+        commands, actions = [], np.zeros((len(frames), 0))  # a run without commands, whose actions are states
+    channel_units = (features[ACTION].get("info") or {}).get("units", [""] * len(commands))
+    unknown = f"{folder}: it does not say units and kinds of readings; numbers were taken as distances, not as angles"
+    return Record(
         times=np.array(times, np.float64),
+        values={key: states[:, column] for column, key in enumerate(keys)},
+        commands=actions,
+        channels=tuple(Channel(name, unit=unit) for name, unit in zip(commands, channel_units, strict=True)),
+        readings=described,
+        targets=targets,
+        tick_s=tick_s,
+        episodes=(Episode(folder.name, 0, len(frames)),),
+        omissions=() if info.get("kinds") else (unknown,),
         states=tuple(_list_states(features, frame) for frame in frames),
-        readings={name: states[:, column] for column, name in enumerate(readings)},
-        kinds={name: _parse_kind(kind, name) for name, kind in zip(readings, kinds, strict=True)},
-        units=dict(zip(readings, info["units"], strict=True)) if "units" in info else {},
-        commands={name: actions[:, column] for column, name in enumerate(commands)},
-        channel_units=dict(
-            zip(
-                commands, (features[ACTION].get("info") or {}).get("units", [""] * len(commands)), strict=True
-            )
-        ),
+        presses=parse_presses(about.get("presses") or ()),
         pose={name: poses[:, column] for column, name in enumerate(place)},
-        presses=tuple(
-            EpisodePress(
-                each["tick"],
-                each["state"],
-                each["correction"],
-                None if each["kind"] is None else ExampleKind(each["kind"]),
-            )
-            for each in about.get("presses") or ()
-        ),
+        agent=about.get("agent") or "robot 0",
         source=str(folder),
         seed=about.get("seed"),
         behavior=about.get("behavior") or "",
     )
-
-
-def _parse_kind(kind: str | None, name: str) -> Kind:
-    return Continuous() if kind is None else parse_kind(kind, where=name)
 
 
 def _list_names(feature: Mapping[str, Any], name: str) -> list[str]:

@@ -21,8 +21,8 @@ from understudy.addons.bridges.datasets.demonstrations import (
 from understudy.addons.bridges.datasets.new_folder import create_folder
 from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
-from understudy.judging.episodes.episode import Episode
 from understudy.model.value_kinds import Categorical, Kind, Toroidal
+from understudy.records.record import Record
 
 FORMAT_VERSION = "0.5.0"
 """A version of Minari that reads these files; later ones do, too, and refuse newer versions than their own."""
@@ -31,13 +31,13 @@ HDF5_VERSION = "v110"
 """The version of HDF5 of 2016, the first in which an attribute, here the presses, may be larger than 64 kB."""
 
 
-def write_minari(episodes: Sequence[Episode], folder: Path | str, *, dataset_id: str = "") -> None:
+def write_minari(episodes: Sequence[Record], folder: Path | str, *, dataset_id: str = "") -> None:
     """Write episodes as a data set that Minari loads.
 
     Parameters
     ----------
     episodes
-        Episodes with the same readings, channels and length of ticks, of at least two ticks each. If commands were not
+        Records with the same readings, channels and length of ticks, of at least two ticks each. If commands were not
         recorded, the actions are the states of the outermost automaton.
     folder
         A new folder. Its name ends in a version, such as `forage-v0`. Minari finds it by name in the folder of its
@@ -100,7 +100,7 @@ def _check_dataset_id(folder: Path, dataset_id: str) -> str:
     return dataset_id
 
 
-def _write_episode(group: Any, data: Demonstrations, number: int, episode: Episode) -> None:
+def _write_episode(group: Any, data: Demonstrations, number: int, episode: Record) -> None:
     """Write T observations and the T - 1 steps between them."""
     steps = episode.ticks - 1
     group.attrs["id"] = number
@@ -149,16 +149,18 @@ def _describe(data: Demonstrations, dataset_id: str, size: int) -> dict[str, Any
         "dataset_size": round(size / 1e6, 1),
         "tick_s": data.tick_s,
         "readings": list(data.readings),
-        "kinds": [kind and str(kind) for kind in data.kinds],
+        "kinds": [str(kind) for kind in data.kinds],
+        "units": [data.episodes[0].find_unit(key) for key in data.episodes[0].values],
         "channels": list(data.channels),
+        "channel_units": [each.unit for each in data.episodes[0].channels],
         "pose": list(data.pose),
         "state_labels": [list(names) for names in data.levels],
         "subtask_labels": list(data.subtasks),
     }
 
 
-def _bound_kind(kind: Kind | None) -> tuple[float, float]:
-    """Return the lowest and the highest value of a kind; None is a kind that is not known."""
+def _bound_kind(kind: Kind) -> tuple[float, float]:
+    """Return the lowest and the highest value of a kind."""
     if isinstance(kind, Toroidal):
         return 0.0, kind.period
     return (0.0, len(kind.labels) - 1.0) if isinstance(kind, Categorical) else (-inf, inf)

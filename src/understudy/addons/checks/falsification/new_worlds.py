@@ -7,7 +7,7 @@ it in time at values that agree with what was shown; any other where the scenari
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
@@ -137,6 +137,7 @@ class NewWorlds:
         behavior: str,
         binding: Mapping[str, str],
         *,
+        observe: Callable[[BehaviorRun], Sequence[Monitor]] = lambda run: (),
         progress: Progress = skip_progress,
     ) -> NewWorldsResult:
         """Run a behavior in these worlds.
@@ -149,6 +150,8 @@ class NewWorlds:
             Name of the behavior.
         binding
             The target of each parameter.
+        observe
+            Makes further observers of the run.
         progress
             Function called repeatedly with the number of completed worlds and their total; an exception that it raises
             ends the runs.
@@ -167,17 +170,20 @@ class NewWorlds:
         """
         success = find_behavior_success(library, behavior)
         if isinstance(success, Property):
-            return self._run_goal(library, behavior, binding, success, progress)
+            return self._run_goal(library, behavior, binding, success, observe, progress)
         if success is not None:
             shown = self.shown or find_shown_goal(library, behavior, success)
             run = self.setup.start(self.seeds, library, behavior, binding)
             # A robot with a flag stays where it is, and can be read later, unless others move. A coordinator's members
             # get another order, and no longer report the same.
             step = 1 if self.setup.do_others_move and shown is not None else TICKS_BETWEEN_READINGS
-            return _run_to_flag(run, binding, success, shown, step, progress)
+            return _run_to_flag(run, binding, success, shown, step, also=observe(run), progress=progress)
         task = make_evaluation_task(library, behavior, self.setup.scenario, binding=binding)
         run = self.setup.start(self.seeds, library, behavior, binding)
-        outcomes = judge_runs(run, self.seeds, task.criteria, self.limits_s, progress=progress).outcomes
+        judged = judge_runs(
+            run, self.seeds, task.criteria, self.limits_s, also=observe(run), progress=progress
+        )
+        outcomes = judged.outcomes
         failed = [self.seeds[row] for row in np.flatnonzero(~outcomes.finished)[:MOST_TIMED].tolist()]
         ended = self._find_end_of_progress(failed, library, behavior, binding, float(outcomes.limit_s.max()))
         why = "there is no more progress, and the goal of the world is not reached in time"
@@ -207,11 +213,13 @@ class NewWorlds:
         behavior: str,
         binding: Mapping[str, str],
         goal: Property,
+        observe: Callable[[BehaviorRun], Sequence[Monitor]],
         progress: Progress,
     ) -> NewWorldsResult:
         """Run worlds until it is known whether a chosen goal holds."""
         run = self.setup.start(self.seeds, library, behavior, binding)
-        outcomes = monitor_property(goal, run, find_flags(library, behavior), progress=progress)
+        flags = find_flags(library, behavior)
+        outcomes = monitor_property(goal, run, flags, also=observe(run), progress=progress)
         limit_s = goal.seconds if goal.is_timed else goal.start.limit_s
         limit_s = self.setup.scenario.limit_s if limit_s is None else limit_s
         seconds = np.where(np.isnan(outcomes.reached_s), limit_s, outcomes.reached_s)
@@ -257,6 +265,8 @@ def _run_to_flag(
     flag: str,
     shown: ShownRange | None,
     step: int,
+    *,
+    also: Sequence[Monitor],
     progress: Progress,
 ) -> NewWorldsResult:
     """Run worlds until the trained agent of each has raised a flag, or for LONGEST_RUN_S; look at each `step` ticks."""
@@ -264,8 +274,8 @@ def _run_to_flag(
     limit_s = min(world.scenario.limit_s, LONGEST_RUN_S)
     approach = None if shown is None else _Approach(run, shown, stride=step)
     success = monitor_flag(run, flag, stride=step)
-    monitors = [success] if approach is None else [approach, success]
-    roll_out(run, monitors, limit_s, progress=progress)
+    monitors: list[Monitor] = [success] if approach is None else [approach, success]
+    roll_out(run, [*also, *monitors], limit_s, progress=progress)
     times = success.seconds
     raised = works = ~np.isnan(times)
     if shown is not None and approach is not None:

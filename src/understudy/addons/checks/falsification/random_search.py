@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
@@ -13,7 +14,7 @@ from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.addons.checks.falsification.trial import WORLDS_AT_ONCE, Measure
 from understudy.clock import REAL_TIME
 from understudy.judging.intervals import exact_interval_of_share
-from understudy.judging.process_pool import run_calls
+from understudy.judging.process_pool import LOADING_S, share_calls
 from understudy.model.value_kinds import Column
 from understudy.sim.scenario.schema import Scenario
 
@@ -94,7 +95,7 @@ def search_at_random(
     seconds
         The time, s. None: until all worlds were run.
     jobs
-        The number of processes.
+        The largest number of processes; there are never more than cores, and none for what takes a short time.
     first_batch
         The number of worlds after which the time that they take is known.
     progress
@@ -111,7 +112,8 @@ def search_at_random(
     end = None if seconds is None else clock() + seconds
     batches = SeedBatches(first_seed, most_runs, end=end, first_batch=first_batch, clock=clock)
     try:
-        for _, batch in run_calls(_list_calls(measure, batches, None if jobs > 1 else clock), jobs=jobs):
+        calls = _list_calls(measure, batches, None if jobs > 1 else clock)
+        for _, batch in share_calls(calls, jobs=jobs, estimate_left_s=batches.estimate_left_s):
             seeds, values, took_s = batch.result()
             batches.note(len(seeds), took_s)
             search.add(seeds, values)
@@ -147,9 +149,11 @@ class SeedBatches:
         first_batch: int = FIRST_BATCH,
         clock: Callable[[], float] = REAL_TIME,
     ) -> None:
-        self._next, self._end, self._clock = first_seed, end, clock
+        self._begun = self._next = first_seed
+        self._end, self._clock = end, clock
         self._stop = None if most_runs is None else first_seed + most_runs
         self._size = first_batch
+        self._world_s: float | None = None
 
     def take(self) -> range:
         """Return the next batch, an empty one if there is none."""
@@ -157,14 +161,25 @@ class SeedBatches:
             return range(0)
         stop = self._next + self._size
         seeds = range(self._next, stop if self._stop is None else min(stop, self._stop))
-        self._next = seeds.stop
+        self._begun, self._next = self._next, seeds.stop
         return seeds
 
     def note(self, worlds: int, seconds: float) -> None:
         """Take note that a batch of so many worlds took a time, s."""
         left_s = BATCH_S if self._end is None else min(BATCH_S, max(0.0, self._end - self._clock()))
+        loading_s = LOADING_S if self._world_s is None else 0.0
+        self._world_s = max(0.0, seconds - loading_s) / max(1, worlds)
         fitting = int(left_s * worlds / max(seconds, 1e-9))
         self._size = max(1, min(fitting, GROWTH * worlds, WORLDS_AT_ONCE))
+
+    def estimate_left_s(self) -> float:
+        """Estimate how long the batch that was taken last and those after it take in one process, s; 0 before any."""
+        if self._world_s is None:
+            return 0.0
+        left_s = inf if self._end is None else max(0.0, self._end - self._clock())
+        if self._stop is None:
+            return left_s
+        return min(left_s, self._world_s * (self._stop - self._begun))
 
 
 def _list_calls(

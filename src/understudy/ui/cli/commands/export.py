@@ -47,6 +47,7 @@ from understudy.ui.cli.library_data import find_automaton, report_left_out
 from understudy.ui.cli.named_inputs import choose_kit, find_kit, find_optional_scenario
 from understudy.ui.cli.options import parse_bindings
 from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.recorded_runs import read_run
 from understudy.ui.cli.robot_connection import find_robots_file
 from understudy.ui.cli.world_libraries import (
     choose_library_world,
@@ -129,6 +130,7 @@ def export_behavior(options: ExportOptions) -> None:
         binding=parse_bindings(options.bind),
         body=body,
         single_precision=options.float32,
+        runs=[record for path in options.run or () for record in read_run(path) if record.values],
     )
     if options.as_json:
         print_json(_describe(name, found))

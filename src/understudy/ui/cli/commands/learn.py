@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
@@ -36,13 +37,15 @@ def learn_lesson(
     options: LearnOptions,
     facts: Mapping[str, Any] | None = None,
     print_facts: Callable[[], None] = lambda: None,
+    lines: Mapping[int, str] = MappingProxyType({}),
 ) -> None:
     """Learn from a lesson, save and print the result.
 
-    Before it come the facts about the recordings that the lesson was made of, with `--json` as further keys.
+    `lines` are the places of examples in the table that they are from, by their numbers. Before the result come the
+    facts about the recordings that the lesson was made of, with `--json` as further keys.
     """
     rows = None if options.predict is None else read_query_rows(options.predict, lesson)
-    result = learn_and_report(lesson)
+    result = learn_and_report(lesson, lines=lines)
     automaton = replace(lesson.automaton, transitions=result.transitions)
     saved = None if options.library is None else _save(options.library, TrainedAutomaton(automaton, lesson))
     following = None if rows is None else predict_next_states(result.transitions, automaton.state_names, rows)

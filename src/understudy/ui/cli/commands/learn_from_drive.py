@@ -9,30 +9,28 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
 from rich.markup import escape
 
-from understudy.addons.bridges.datasets.lerobot_reader import is_lerobot, read_lerobot
+from understudy.addons.bridges.datasets.lerobot_reader import is_lerobot
+from understudy.addons.bridges.datasets.minari_reader import is_minari
 from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
-from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map
+from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map, name_mapping_file
 from understudy.addons.recordings.pair_report import PairReport, take_pairs
 from understudy.addons.recordings.propose_behaviors import discover_behaviors, make_constant_candidate
-from understudy.addons.recordings.recorded_drive import RecordedDrive, find_places, join_drives
-from understudy.addons.recordings.run_drives import (
-    make_episodes_drive,
-    make_recorded_drive,
-    read_trace_drive,
-)
+from understudy.addons.recordings.run_drives import choose_agent
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.addons.recordings.split_states import split_state
 from understudy.errors import SettingError, UnderstudyError, UnknownName
-from understudy.judging.episodes.tick_files import is_tick_table, read_tick_episodes
-from understudy.judging.run_header import is_trace
+from understudy.judging.record_files import is_journal
 from understudy.model.library import Kit, Library, make_lesson_kit
+from understudy.records.join_records import join_records
 from understudy.records.reader import has_own_header, read_recording
+from understudy.records.record import Record
+from understudy.records.table_files import is_tick_table
+from understudy.records.trace_reader import is_trace, read_trace_records
 from understudy.training.lesson_design import parse_feature
 from understudy.ui.cli.commands.learn import learn_lesson
 from understudy.ui.cli.lesson_options import DriveOptions, LearnDriveOptions
@@ -40,10 +38,9 @@ from understudy.ui.cli.named_inputs import find_kit, open_behavior_library
 from understudy.ui.cli.options import WORLD, parse_names, parse_targets
 from understudy.ui.cli.output import format_count, make_console, make_table
 from understudy.ui.cli.progress_bar import show_progress
-from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_scenario
+from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_scenario, read_run
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from rich.console import Console
 
     from understudy.addons.recordings.drive_findings import DriveFindings, DrivePlace
@@ -57,28 +54,25 @@ MOST_QUESTIONS = 5
 
 
 class OpenedDrives(NamedTuple):
-    """Drives of one driver joined to one, the library whose behaviors may explain it, and the places of the robot.
+    """Drives of one driver joined to one, and the library whose behaviors may explain it.
 
     `is_defined` is True if a program defines the kit, and False if it is of the recording alone.
     """
 
-    drive: RecordedDrive
+    drive: Record
     library: Library
-    places: NDArray[np.float64] | None
     is_defined: bool
 
 
 class SegmentedDrive(NamedTuple):
     """A segmented drive, the library whose behaviors explain it, and the features that decisions depend on, if named.
 
-    `places` are those of the robot at each tick [T, 2], m, if they are known. `is_defined` is True if a program defines
-    the kit, and False if it is of the recording alone.
+    `is_defined` is True if a program defines the kit, and False if it is of the recording alone.
     """
 
     found: Segmentation
     library: Library
     features: list[BoundFeature] | None
-    places: NDArray[np.float64] | None
     is_defined: bool
 
 
@@ -126,7 +120,7 @@ def _print_facts(report: DriveReport, pairs: PairReport | None) -> None:
 
 
 @contextmanager
-def say_omissions(drive: RecordedDrive) -> Iterator[None]:
+def say_omissions(drive: Record) -> Iterator[None]:
     """Say what was left out of a drive before an error, which may be its reason."""
     try:
         yield
@@ -157,21 +151,16 @@ def make_drive_lesson(drive: SegmentedDrive, asked: DriveOptions, *, driver: str
 def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
     """Read the drives of one driver, and find the library whose behaviors may explain them."""
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
-    opened = [_open(path, asked, mapping) for path in paths]
+    with name_mapping_file(asked.mapping):
+        opened = [_open(path, asked, mapping) for path in paths]
     if len(opened) == 1:
         return opened[0]
-    places = [each.places for each in opened if each.places is not None]
-    return OpenedDrives(
-        join_drives([each.drive for each in opened]),
-        opened[0].library,
-        np.concatenate(places) if len(places) == len(opened) else None,
-        opened[0].is_defined,
-    )
+    return opened[0]._replace(drive=join_records([each.drive for each in opened]))
 
 
 def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions) -> SegmentedDrive:
     """Find what may explain drives, and segment them; `path` is the first file, for errors."""
-    drive, library, places, is_defined = opened
+    drive, library, is_defined = opened
     library, defined = define_behaviors(library, drive, asked.define or ())
     named = parse_names(asked.behaviors)
     candidates = make_candidates(library, drive, None if named is None else [*named, *defined])
@@ -186,54 +175,59 @@ def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions)
     # The readings say nothing about features of the automaton itself, such as the time in a state.
     sensed = [each for each in features or () if not each.is_own]
     found = apply_splits(segment(drive, candidates, features=sensed), asked.split or ())
-    return SegmentedDrive(found, library, features, places, is_defined)
+    return SegmentedDrive(found, library, features, is_defined)
 
 
 def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> OpenedDrives:
-    """Read a drive, find the library whose behaviors may explain it, and where the robot was."""
-    places: NDArray[np.float64] | None
+    """Read a drive, and find the library whose behaviors may explain it."""
     is_defined = True
     if mapping is None and is_trace(path):
-        drive, kit, places = _open_trace(path, asked)
-    elif mapping is None and (is_lerobot(path) or is_tick_table(path)):
-        episodes = read_lerobot(path) if is_lerobot(path) else read_tick_episodes(path)
-        drive = make_episodes_drive(episodes, path, robot=asked.agent)
-        places = find_places(drive)
-        is_defined = asked.kit is not None
-        kit = find_kit(asked.kit, None) if is_defined else make_drive_kit(drive, {})
+        drive, kit = _open_trace(path, asked)
     elif mapping is None and path.suffix.lower() == ".mcap" and has_own_header(path):
         drive, kit = _open_recording(path, asked)
-        places = find_places(drive)
+    elif mapping is None and _is_ours(path):
+        drive = choose_agent(read_run(path), path, asked.agent)
+        is_defined = asked.kit is not None
+        kit = find_kit(asked.kit, None) if is_defined else make_drive_kit(drive, {})
     else:
         drive = read_recorded_drive(path, mapping)
-        places = find_places(drive)
         behaviors = {} if mapping is None else mapping.behaviors
         world = None if mapping is None else mapping.world
         is_defined = asked.kit is not None or world is not None
         kit = find_kit(asked.kit, world) if is_defined else make_drive_kit(drive, behaviors)
     if asked.library is not None and asked.library.is_dir():
-        return OpenedDrives(drive, open_behavior_library(None, asked.library, kit), places, is_defined)
-    return OpenedDrives(drive, Library(kit), places, is_defined)
+        return OpenedDrives(drive, open_behavior_library(None, asked.library, kit), is_defined)
+    return OpenedDrives(drive, Library(kit), is_defined)
 
 
-def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit, NDArray[np.float64]]:
+def _is_ours(path: Path) -> bool:
+    """Return whether a path is a data set, a table of ticks or a journal, whose columns are known without a mapping."""
+    if path.is_dir():
+        return is_lerobot(path) or is_minari(path)
+    return is_tick_table(path) or (path.is_file() and path.stat().st_size > 0 and is_journal(path))
+
+
+def _open_trace(path: Path, asked: DriveOptions) -> tuple[Record, Kit]:
     """Read the drive of a robot from a trace, and find the kit of its scenario."""
-    drive, header, places = read_trace_drive(path, robot=asked.agent)
-    ran = header.run
+    header, records = read_trace_records(path)
+    drive, ran = choose_agent(records, path, asked.agent), header.run
     named, world = (asked.kit, None) if ran is None else (asked.kit or ran.kit, ran.scenario)
     if named is None and world is None:
-        return drive, make_drive_kit(drive, {}), places
-    return drive, find_kit(named, world or WORLD), places
+        return drive, make_drive_kit(drive, {})
+    return drive, find_kit(named, world or WORLD)
 
 
-def _open_recording(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit]:
-    """Read the drive of a robot from a recording of ours, and find the kit of its world or its own."""
+def _open_recording(path: Path, asked: DriveOptions) -> tuple[Record, Kit]:
+    """Read the drive of a robot from the last run of a recording of ours, and find the kit of its world or its own."""
     recording = read_recording(path)
-    kit = choose_recording_kit(recording, asked.kit, read_recorded_scenario(recording))
-    return make_recorded_drive(recording, robot=asked.agent), kit
+    drive = choose_agent(recording.records, path, asked.agent)
+    if recording.runs > 1:
+        left_out = f"{path}: it has {recording.runs} runs, of which the last was read"
+        drive = replace(drive, omissions=(*drive.omissions, left_out))
+    return drive, choose_recording_kit(recording, asked.kit, read_recorded_scenario(recording))
 
 
-def _no_behaviors(path: Path, drive: RecordedDrive) -> Exception:
+def _no_behaviors(path: Path, drive: Record) -> Exception:
     """Return the error that no behavior is known, with those that the commands look like."""
     found = [format_definition(each.command) for each in discover_behaviors(drive)]
     options = " ".join(f"--define 'NAME: {each}'" for each in found)
@@ -303,7 +297,7 @@ def parse_definition(text: str) -> tuple[str, dict[str, float]]:
 
 
 def define_behaviors(
-    library: Library, drive: RecordedDrive, definitions: Sequence[str]
+    library: Library, drive: Record, definitions: Sequence[str]
 ) -> tuple[Library, list[str]]:
     """Return the library with the behaviors of `--define`, and their names."""
     behaviors = dict(library.kit.behaviors)

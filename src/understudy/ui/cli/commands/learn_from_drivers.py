@@ -16,9 +16,9 @@ from understudy.addons.recordings.driver_contradictions import (
     settle_driver_contradictions,
 )
 from understudy.addons.recordings.driver_lessons import merge_driver_lessons
-from understudy.addons.recordings.recorded_drive import align_labels, refuse_other_robot
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.errors import SettingError, UnknownName
+from understudy.records.join_records import align_labels, refuse_other_robot
 from understudy.storage.json_text import select_facts
 from understudy.ui.cli.commands.learn import learn_lesson
 from understudy.ui.cli.commands.learn_from_drive import (

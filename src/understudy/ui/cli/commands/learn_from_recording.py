@@ -18,7 +18,8 @@ from understudy.errors import FileError, SettingError
 from understudy.model.automaton import USUAL_FLAGS
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
-from understudy.records.reader import RecordedPress, has_own_header, read_recording
+from understudy.records.reader import has_own_header, read_recording
+from understudy.records.record import RecordedPress
 from understudy.training.lesson_design import new_lesson
 from understudy.ui.cli.commands.learn import learn_lesson
 from understudy.ui.cli.lesson_options import LearnRecordingOptions

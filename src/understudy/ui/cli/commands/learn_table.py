@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from understudy.learning.csv_table import read_lesson_table
+from understudy.learning.csv_table import read_lesson_and_lines
 from understudy.model.library import Kit, Library, make_lesson_kit
 from understudy.ui.cli.lesson_options import LearnTableOptions
 from understudy.ui.cli.loading import import_on_call
@@ -16,5 +16,6 @@ learn_lesson = import_on_call("understudy.ui.cli.commands.learn:learn_lesson")
 def learn_table(options: LearnTableOptions) -> None:
     """Learn an automaton's transition functions from a table of examples."""
     options.check_name()
-    lesson = read_lesson_table(options.table, name=options.name, flags=parse_names(options.flags))
-    learn_lesson(replace(lesson, kit=make_lesson_kit(lesson.automaton, Library(Kit.from_parts()))), options)
+    lesson, lines = read_lesson_and_lines(options.table, name=options.name, flags=parse_names(options.flags))
+    kit = make_lesson_kit(lesson.automaton, Library(Kit.from_parts()))
+    learn_lesson(replace(lesson, kit=kit), options, lines=lines)

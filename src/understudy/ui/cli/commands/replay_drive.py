@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from understudy.addons.recordings.drive_kit import make_candidates
 from understudy.addons.recordings.drive_table import read_recorded_drive
-from understudy.addons.recordings.mapping_file import load_recording_map
+from understudy.addons.recordings.mapping_file import load_recording_map, name_mapping_file
 from understudy.addons.recordings.rerun_drive import OTHER, Agreement, count_repeated, run_over_drive
 from understudy.addons.recordings.segment import segment
 from understudy.errors import SettingError
@@ -51,7 +51,8 @@ def replay_drive(options: ReplayOptions) -> None:
     """Run an automaton over the readings of a drive, and compare what it commands with what the driver meant."""
     mapping = None if options.mapping is None else load_recording_map(options.mapping)
     folder = options.library or LIBRARY
-    drive = read_recorded_drive(options.recording, mapping)
+    with name_mapping_file(options.mapping):
+        drive = read_recorded_drive(options.recording, mapping)
     with say_omissions(drive):
         library = open_behavior_library(
             None, folder, find_kit(options.kit, None if mapping is None else mapping.world)

@@ -20,7 +20,7 @@ from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import SettingError
 from understudy.judging.run_header import trace_entry
-from understudy.judging.run_trace import (
+from understudy.records.trace_writer import (
     TraceWriter,
     add_team_tick,
     check_trace_path,
@@ -206,7 +206,8 @@ class RunSession:
         """Advance by one tick, and add it to the trace if there is one."""
         self.tick_team()
         if trace is not None:
-            add_team_tick(trace, self.team, self.body.view(), self.paths)
+            view = self.body.view()
+            add_team_tick(trace, self.team, view.time_s, view.pose, self.paths)
 
     def result(self) -> SimulatedRunResult:
         """Return the result of the run so far."""

@@ -41,10 +41,8 @@ from understudy.ui.web.recording_app import serve_recording
 from understudy.ui.web.views.library import check_folder
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from understudy.addons.recordings.recorded_drive import RecordedDrive
     from understudy.model.library import Kit
+    from understudy.records.record import Record, find_places
     from understudy.ui.cli.studio_options import ReviewOptions
 
 
@@ -71,7 +69,7 @@ class DriveFiles:
         self.paths: list[Path] = []
         self._options, self._world = options, world
 
-    def keep(self, drive: RecordedDrive, poses: NDArray[np.float64]) -> None:
+    def keep(self, drive: Record) -> None:
         """Write the last episode of a drive, again if it went on since the last time."""
         options = self._options
         with convert_os_errors(self.folder, "making the folder of recordings", remedy="give --no-record"):
@@ -85,7 +83,7 @@ class DriveFiles:
             library=str(options.library.resolve()),
         )
         write_trace_drive(
-            self.paths[-1], drive, drive.episodes[-1], poses,
+            self.paths[-1], drive, drive.episodes[-1],
             robot=options.agent, robots=self._world.robots, ran=ran, scenario=self._world.scenario,
         )  # fmt: skip
 
@@ -164,7 +162,8 @@ def review_recordings(options: ReviewOptions) -> None:
         targets=parse_targets(options.targets),
     )
     paths = [path for each in recordings.values() for path in each]
-    known = [each.places for each in drives.values() if each.places is not None]
+    found = (find_places(each.found.drive) for each in drives.values())
+    known = [each for each in found if each is not None]
     places = np.concatenate(known) if len(known) == len(drives) else None
     address = listen_for_page(options)
     opened = paths[0] if len(paths) == 1 else paths

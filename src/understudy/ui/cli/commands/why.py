@@ -18,8 +18,8 @@ from understudy.judging.explain_run import explain_run as reasons
 from understudy.judging.explanation_text import WhyData
 from understudy.judging.rerun import Rerun
 from understudy.judging.run_header import fingerprint_scenario, read_recorded_tick
-from understudy.judging.run_trace import BETWEEN
 from understudy.records.reader import read_recording
+from understudy.records.record import BETWEEN
 from understudy.records.team_reader import read_team_recording
 from understudy.sim.catalog import find_scenario
 from understudy.ui.cli.commands.why_team import explain_agents, print_decision, print_levels, round_values
@@ -87,9 +87,11 @@ def _of_trace(
     known, former = load_recorded_libraries(
         where, found.behavior, library or Path(ran.library), parts, ran.automata
     )
-    header, row = found.header, found.row
+    header = found.header
     said = reasons(found, where, known)
-    return said, WhyData.from_explanation(said, former, header.scenario, header.seed, row.robot, row.doing)
+    return said, WhyData.from_explanation(
+        said, former, header.scenario, header.seed, found.robot, found.format_states()
+    )
 
 
 def _of_recording(
@@ -115,7 +117,7 @@ def _of_recording(
     tick = max(0, int(sum(recording.times <= time_s + NEAR_S)) - 1)
     said = explain_recorded_tick(rerun, robot, tick)
     called = (ran.scenario or names[robot]) if where is None else where.name
-    doing = BETWEEN.join(recording.paths[robot][tick])
+    doing = BETWEEN.join(recording.records[robot].states[tick])
     return said, WhyData.from_explanation(said, former, called, ran.seed, robot, doing)
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from understudy.errors import SettingError
-from understudy.judging.run_header import is_trace
+from understudy.records.trace_reader import is_trace
 from understudy.ui.cli.commands.learn_from_drive import learn_drive
 from understudy.ui.cli.commands.learn_from_drivers import group_recordings, learn_drivers
 from understudy.ui.cli.commands.learn_from_recording import learn_recording

@@ -19,7 +19,7 @@ from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.views import explanation, lesson_test
+from understudy.ui.web.views import explanation, grid_view, lesson_test
 
 Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | SlowAction | None]
 """Do what a message asks for; return the fields of the answer, what the studio says of it, or what is left to do."""
@@ -91,7 +91,18 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
     }
 )
 """By message, the action on the trainer that does what it asks for, where that needs nothing but its fields."""
-MODULES = (session, world, places, library, coach, explanation, lesson_test, camera, property_edits)
+MODULES = (
+    session,
+    world,
+    places,
+    library,
+    coach,
+    explanation,
+    lesson_test,
+    grid_view,
+    camera,
+    property_edits,
+)
 """The modules that define the handlers of the other messages."""
 HANDLERS: Mapping[type[Message], Handler] = MappingProxyType(
     {

@@ -9,8 +9,9 @@ from pathlib import Path
 from msgspec import structs
 
 from understudy.addons.checks.falsification.holding_test import HoldingResult
-from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName, join_names
 from understudy.model.binding import Binding, format_bound_name
+from understudy.model.library import list_missing_parts
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
 from understudy.training.journal import LessonChanged, PressReceived, SnapshotTaken, read_journal
@@ -67,6 +68,14 @@ def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
     if name not in host.library_view.library.taught:
         names = [*host.library_view.library.taught, *host.cut_off]
         raise UnknownName(what="automaton", name=name, where="the library", known=names)
+    missing = list_missing_parts(
+        host.library_view.library.taught[name], {each.name for each in host.body.readings}, host.body.targets
+    )
+    if missing:
+        raise SessionError(
+            f"{name} was learned from a recording or a table, and this robot has no {join_names(missing)}: "
+            "choose a world whose robots have them, or run it over a recording: understudy replay FILE"
+        )
     start = make_session_start(plan := _plan(host, name))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: its lesson has no states or features")

@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from understudy.coaching.questions import QueryPolicy
 from understudy.model.property import LONGEST_S, PropertyKind
-from understudy.ui.web.messages.base import Call, Data, Index, Message, NameField, Targets
+from understudy.ui.web.messages.base import Call, Data, Index, Message, NameField, Seed, Targets
 
 Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
 Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=LONGEST_S)]
@@ -100,6 +100,22 @@ class EvaluateSession(Message, frozen=True, kw_only=True, tag="evaluate"):
     """Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds."""
 
     count: Index = 100
+
+
+class RunWorldGrid(Message, frozen=True, kw_only=True, tag="run_world_grid"):
+    """Run what is in training in a hundred new worlds, to be looked at side by side."""
+
+
+class ReadWorldGrid(Message, frozen=True, kw_only=True, tag="read_world_grid"):
+    """Read the newest runs in these worlds."""
+
+    by_anyone: ClassVar[bool] = True
+
+
+class VisitGridWorld(Message, frozen=True, kw_only=True, tag="visit_grid_world"):
+    """Go to where it went wrong in one of these worlds, paused, with the targets with which it ran."""
+
+    seed: Seed
 
 
 class CancelEvaluation(Message, frozen=True, kw_only=True, tag="cancel_evaluation"):

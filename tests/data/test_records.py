@@ -11,12 +11,13 @@ import pytest
 from tests.make.sessions import make_session, play
 from tests.make.transcripts import FOLDER
 
-from understudy import Episode, EpisodePress, make_team, read_episodes, read_lesson
+from understudy import RecordedPress, make_team, read_lesson, read_records
 from understudy.errors import FileError
-from understudy.judging.run_trace import add_team_tick, describe_trace_columns, write_trace
 from understudy.model.features import format_reading_label
 from understudy.model.lesson import ExampleKind
 from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
+from understudy.records.record import Record
+from understudy.records.trace_writer import add_team_tick, describe_trace_columns, write_trace
 from understudy.runtime.team.team import Team
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
@@ -53,7 +54,8 @@ def trace_patrol(path: Path, ticks: int) -> dict[str, list[Any]]:
         for _ in range(ticks):
             sensed = world.sense(robots.runner.keys)
             team.tick()
-            add_team_tick(trace, team, world.view(), team.paths)
+            view = world.view()
+            add_team_tick(trace, team, view.time_s, view.pose, team.paths)
             for robot in range(4):
                 values = {format_reading_label(key): float(sensed[key][robot]) for key in sensed}
                 commands = {channel: float(column[robot]) for channel, column in robots.commands.items()}
@@ -65,12 +67,15 @@ def trace_patrol(path: Path, ticks: int) -> dict[str, list[Any]]:
     return known
 
 
-def list_ticks(episode: Episode) -> list[Any]:
+def list_ticks(episode: Record) -> list[Any]:
     """What an episode has of each tick: readings, commands and states."""
     return [
         (
-            {label: float(column[tick]) for label, column in episode.readings.items()},
-            {channel: float(column[tick]) for channel, column in episode.commands.items()},
+            {label: float(column[tick]) for label, column in episode.columns.items()},
+            {
+                each.name: float(episode.commands[tick, column])
+                for column, each in enumerate(episode.channels)
+            },
             episode.states[tick],
         )
         for tick in range(episode.ticks)
@@ -83,44 +88,44 @@ def test_a_trace_has_what_was_sensed_decided_and_commanded(ending: str, tmp_path
         pytest.importorskip("duckdb", reason="needs the extra parquet")
     path = tmp_path / f"run.{ending}"
     known = trace_patrol(path, 60)
-    episodes = read_episodes(path)
+    episodes = read_records(path)
     assert [each.agent for each in episodes] == ["robot 0", "robot 1", "robot 2", "robot 3", "patrol 0"]
     for each in episodes:
         assert repr(list_ticks(each)) == repr(known[each.agent])  # absent is NaN, which equals nothing
         assert each.seed == 2
         assert np.allclose(each.times, [0.1 * (tick + 1) for tick in range(60)])
-    assert episodes[0].kinds["sonar_front_left"] == Continuous()
-    assert episodes[4].kinds == dict.fromkeys(episodes[4].readings, BOOLEAN)
+    assert episodes[0].find_kind(("sonar_front_left", None)) == Continuous()
+    assert {each.kind for each in episodes[4].readings} == {BOOLEAN}
     assert all(set(each.pose) == {"x", "y", "heading"} for each in episodes[:4])
-    assert episodes[4].pose == episodes[4].commands == {}
-    assert any(np.isnan(column).any() for column in episodes[0].readings.values())
+    assert (episodes[4].pose, episodes[4].channels) == ({}, ())
+    assert any(np.isnan(column).any() for column in episodes[0].values.values())
 
 
 @pytest.mark.parametrize("ending", ["jsonl", "parquet"])
 def test_traces_of_version_1_have_no_readings(ending: str) -> None:
     if ending == "parquet":
         pytest.importorskip("duckdb", reason="needs the extra parquet")
-    (episode,) = read_episodes(RUNS / f"forage.{ending}")
+    (episode,) = read_records(RUNS / f"forage.{ending}")
     rows = [json.loads(line) for line in (RUNS / "forage.jsonl").read_text().splitlines()[1:]]
     assert episode.times.tolist() == [row["time_s"] for row in rows]
     assert [" > ".join(path) for path in episode.states] == [row["doing"] for row in rows]
     assert episode.pose["x"].tolist() == [row["x"] for row in rows]
-    assert (episode.readings, episode.commands, episode.behavior) == ({}, {}, "forage")
+    assert (episode.values, episode.channels, episode.behavior) == ({}, (), "forage")
 
 
 def test_an_interrupted_trace_is_read(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     trace_patrol(path, 3)
     path.write_bytes(path.read_bytes()[:-20])
-    assert [each.ticks for each in read_episodes(path)] == [3, 3, 3, 3, 2]
+    assert [each.ticks for each in read_records(path)] == [3, 3, 3, 3, 2]
 
 
 PLAYED = ("forward", 3, "left", 2, "confirm", 2, "right", 1)
 PRESSES = (
-    EpisodePress(0, "forward", False, DIRECTIVE),
-    EpisodePress(3, "left", False, DIRECTIVE),
-    EpisodePress(5, None, False, CONFIRMATION),
-    EpisodePress(7, "right", False, DIRECTIVE),
+    RecordedPress(0, "forward", False, DIRECTIVE),
+    RecordedPress(3, "left", False, DIRECTIVE),
+    RecordedPress(5, None, False, CONFIRMATION),
+    RecordedPress(7, "right", False, DIRECTIVE),
 )
 STATES = ["forward"] * 3 + ["left"] * 4 + ["right"]
 
@@ -129,13 +134,14 @@ def test_a_journal_has_readings_presses_and_states(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
     taught = play(make_session(journal=path), *PLAYED)
     taught.close()
-    (episode,) = read_episodes(path)
+    (episode,) = read_records(path)
     assert episode.states == tuple((state,) for state in STATES)
     assert episode.presses == PRESSES
-    assert episode.readings["range(ball)"].tolist() == [100.0 - tick for tick in range(8)]
-    assert episode.readings["seen"].tolist() == [0.0, 1.0] * 4
+    assert episode.columns["range(ball)"].tolist() == [100.0 - tick for tick in range(8)]
+    assert episode.columns["seen"].tolist() == [0.0, 1.0] * 4
     assert np.allclose(episode.times, np.arange(8) * 0.1)
-    assert (episode.kinds["bearing(goal)"], episode.kinds["seen"]) == (Toroidal(), BOOLEAN)
+    assert episode.find_kind(("bearing", "goal")) == Toroidal()
+    assert episode.find_kind(("seen", None)) == BOOLEAN
     assert (episode.behavior, episode.tick_s, episode.agent) == ("taught", 0.1, "agent 0")
     lesson = read_lesson(path)
     assert [(each.state, each.next, each.values) for each in lesson.examples] == [
@@ -146,7 +152,7 @@ def test_a_journal_has_readings_presses_and_states(tmp_path: Path) -> None:
 def test_corrections_in_a_journal_are_said_to_be_some(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
     play(make_session(journal=path), "forward", 3, "left", 2, "test", 2, "right", 1).close()
-    presses = [press for episode in read_episodes(path) for press in episode.presses]
+    presses = [press for episode in read_records(path) for press in episode.presses]
     assert [(press.state, press.correction) for press in presses] == [
         ("forward", False),
         ("left", False),
@@ -163,26 +169,26 @@ def test_the_states_of_a_journal_are_those_after_each_tick(tmp_path: Path) -> No
         states.append((taught.trainee.taught.state_name,))
     taught.close()
     assert states == [("forward",), ("left",), ("left",), ("left",)]
-    assert read_episodes(path)[-1].states == tuple(states)
+    assert read_records(path)[-1].states == tuple(states)
 
 
 def test_a_press_that_was_taken_back_before_it_acted_is_none(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
     play(make_session(journal=path), "forward", 2, "left", "right", 1, "left", "undo", 1).close()
-    (episode,) = read_episodes(path)
+    (episode,) = read_records(path)
     assert [(press.tick, press.state) for press in episode.presses] == [(0, "forward"), (2, "right")]
 
 
 @pytest.mark.parametrize("name", ["steps", "random-1", "random-2", "random-3"])
 def test_a_restart_begins_another_episode(name: str) -> None:
     path = JOURNALS / f"{name}.journal"
-    episodes = read_episodes(path)
+    episodes = read_records(path)
     assert 1 < len(episodes) <= 1 + sum(isinstance(entry, RobotMoved) for entry in read_journal(path))
     for each in episodes:
         assert np.allclose(np.diff(each.times), each.tick_s)
         assert all(0 <= press.tick < each.ticks for press in each.presses)
-        assert len(each.states) == each.ticks == len(each.readings["load"])
-    assert episodes[0].kinds == {}  # journals of 0.1.0 do not say
+        assert len(each.states) == each.ticks == len(each.columns["load"])
+    assert "does not say kinds" in episodes[0].omissions[0]  # journals of 0.1.0
 
 
 @pytest.mark.parametrize("path", sorted(JOURNALS.glob("*.journal")), ids=lambda path: path.stem)
@@ -190,7 +196,7 @@ def test_directives_lead_to_the_state_that_was_pressed(path: Path) -> None:
     """Presses and states are of the same ticks."""
     found = [
         (press.state, episode.states[press.tick])
-        for episode in read_episodes(path)
+        for episode in read_records(path)
         for press in episode.presses
         if press.kind is DIRECTIVE and not press.correction
     ]
@@ -208,18 +214,17 @@ def test_a_recording_has_readings_and_states() -> None:
     from understudy.records.reader import read_recording
 
     recording = read_recording(RUNS / "forage.mcap")
-    (episode,) = read_episodes(RUNS / "forage.mcap")
+    (episode,) = read_records(RUNS / "forage.mcap")
     assert (episode.agent, episode.behavior, episode.ticks) == ("robot 0", "forage", 200)
-    assert list(episode.states) == list(recording.paths[0])
-    for row, (label, column) in enumerate(episode.readings.items()):
-        assert label == format_reading_label(recording.keys[row])
-        assert np.array_equal(column, recording.values[:, row, 0], equal_nan=True)
+    assert episode.states == recording.records[0].states
+    for key, column in episode.values.items():
+        assert np.array_equal(column, recording.records[0].values[key], equal_nan=True)
 
 
 def test_a_recording_has_presses_and_corrections() -> None:
     need_recordings()
-    (episode,) = read_episodes(RUNS / "lesson.mcap")
-    assert [(press.tick, press.state, press.correction) for press in episode.presses] == [
+    (episode,) = read_records(RUNS / "lesson.mcap")
+    assert [(press.tick, press.state, press.correction) for press in episode.list_presses()] == [
         (0, "forward", False),
         (7, "right", False),
         (15, None, False),
@@ -228,8 +233,8 @@ def test_a_recording_has_presses_and_corrections() -> None:
         (45, "left", True),
         (66, "forward", True),
     ]
-    (rover,) = read_episodes(RUNS / "rover.mcap")
-    assert (rover.agent, rover.presses) == ("rover", (EpisodePress(3, None),))
+    (rover,) = read_records(RUNS / "rover.mcap")
+    assert (rover.agent, rover.list_presses()) == ("rover", [RecordedPress(3, None)])
 
 
 def test_each_run_of_a_recording_is_an_episode(tmp_path: Path) -> None:
@@ -246,11 +251,11 @@ def test_each_run_of_a_recording_is_an_episode(tmp_path: Path) -> None:
             for _ in range(ticks):
                 recorder.write_tick(body.time_s, body.sense(keys), [("a",), ("b", "c")])
                 body.act({})
-    episodes = read_episodes(tmp_path / "runs.mcap")
+    episodes = read_records(tmp_path / "runs.mcap")
     assert [(each.agent, each.ticks) for each in episodes] == [
         ("robot0", 2), ("robot1", 2), ("robot0", 3), ("robot1", 3),
     ]  # fmt: skip
-    assert episodes[3].readings["range(ball)"].tolist() == [99.0, 98.0, 97.0]
+    assert episodes[3].columns["range(ball)"].tolist() == [99.0, 98.0, 97.0]
     assert episodes[3].states == (("b", "c"),) * 3
 
 
@@ -273,10 +278,10 @@ def test_each_part_of_a_teams_recording_is_an_episode(tmp_path: Path) -> None:
             recorder.write_tick(body.time_s, percept, [("wander", "forward")])
             leads.write_tick(body.time_s, keys, [7.0], ("out",))
             body.act({})
-    robot, squad = read_episodes(tmp_path / "scout.mcap")
+    robot, squad = read_records(tmp_path / "scout.mcap")
     assert (robot.agent, robot.behavior, robot.states) == ("scout", "wander", (("wander", "forward"),) * 2)
     assert (squad.agent, squad.behavior, squad.states) == ("squad/scout", "lead", (("out",),) * 2)
-    assert (robot.readings["load"].tolist(), squad.readings["load"].tolist()) == ([0.0, 0.0], [7.0, 7.0])
+    assert (robot.columns["load"].tolist(), squad.columns["load"].tolist()) == ([0.0, 0.0], [7.0, 7.0])
 
 
 BAD: list[tuple[str, bytes | None, str]] = [
@@ -309,7 +314,7 @@ def test_other_files_are_refused_in_one_sentence(
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(FileError) as caught:
-        read_episodes(path)
+        read_records(path)
     assert str(caught.value).startswith(f"{path}: {says}")
 
 
@@ -317,7 +322,7 @@ def test_a_journal_without_ticks_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
     make_session(journal=path).close()
     with pytest.raises(FileError, match="its session has no tick; name the journal of a session that ran"):
-        read_episodes(path)
+        read_records(path)
 
 
 OTHERS = ["runs/forage.jsonl", "runs/forage.mcap", "library"]

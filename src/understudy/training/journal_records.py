@@ -1,4 +1,4 @@
-"""Episodes of the journal of a session: one from each restart or move of the robot to the next."""
+"""Records of the journal of a session: one from each restart or move of the robot to the next."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import FileError
-from understudy.judging.episodes.episode import Episode, EpisodePress
-from understudy.model.features import format_reading_label
 from understudy.model.lesson import Example
-from understudy.model.value_kinds import parse_kind
+from understudy.model.value_kinds import Continuous, parse_kind
+from understudy.records.record import Episode, Record, RecordedPress, select_episode
+from understudy.runtime.body import Reading
 from understudy.runtime.interpreter import StackFrame
 from understudy.training.journal import (
     AnyEntry,
@@ -41,7 +41,7 @@ class _Contents:
     cuts: list[int] = field(default_factory=list)
     """The ticks before which the robot was moved, or the automaton restarted."""
     waiting: dict[int, tuple[int, Press]] = field(default_factory=dict)
-    presses: list[EpisodePress] = field(default_factory=list)
+    presses: list[RecordedPress] = field(default_factory=list)
     reached: dict[int, str] = field(default_factory=dict)
     """The state after a tick in which a press took effect."""
 
@@ -66,16 +66,17 @@ class _Contents:
         pressed = max((each for each in changed if each.is_shown), key=lambda each: each.number, default=None)
         correction = press.correction if pressed is None else pressed.correction
         kind = None if pressed is None else pressed.kind
-        self.presses.append(EpisodePress(tick, press.state, correction, kind))
+        self.presses.append(RecordedPress(tick, press.state, correction, kind))
         if run:
             self.reached[tick] = run[0].state
 
 
-def read_journal_episodes(path: Path | str) -> list[Episode]:
-    """Read the episodes of a journal.
+def read_journal_records(path: Path | str) -> list[Record]:
+    """Read the records of a journal.
 
-    Journals have all readings of the body in each tick, and only the state of the automaton in training. They log it
-    before each tick; the state after the last tick of an episode is that before it, unless a press took effect there.
+    Journals have all readings of the body in each tick, and only the state of the automaton in training; they have no
+    commands. They log the state before each tick; that after the last tick of a record is the one before it, unless a
+    press took effect there.
     """
     entries = read_journal(path)
     began = next(entries, None)
@@ -88,28 +89,45 @@ def read_journal_episodes(path: Path | str) -> list[Episode]:
     if not contents.rows:
         remedy = "name the journal of a session that ran"
         raise FileError(path=path, place="", problem="its session has no tick", remedy=remedy)
-    labels = [format_reading_label((name, target)) for name, target in began.keys]
-    kinds = {label: parse_kind(kind, where=label) for label, kind in zip(labels, began.kinds, strict=False)}
     values = np.concatenate(contents.rows)
     ends = sorted({cut for cut in contents.cuts if 0 < cut < len(values)} | {0, len(values)})
-    seed = began.about.get("seed")
+    whole = _make_record(Path(path), began, values, contents)
+    parts = [Episode(whole.episodes[0].source, start, end) for start, end in pairwise(ends)]
     return [
-        Episode(
-            agent=f"agent {began.agent}",
-            tick_s=began.tick_s,
-            times=values[start:end, -1],
-            states=_list_states(contents, start, end),
-            readings={label: values[start:end, column] for column, label in enumerate(labels)},
-            kinds=kinds,
-            presses=tuple(
-                replace(press, tick=press.tick - start) for press in contents.presses if start <= press.tick < end
-            ),
-            source=str(path),
-            seed=seed if isinstance(seed, int) else None,
-            behavior=_read_name(began.lesson),
+        replace(select_episode(whole, part), states=_list_states(contents, part.first, part.end))
+        for part in parts
+    ]
+
+
+def _make_record(
+    path: Path, began: SessionStarted, values: NDArray[np.float64], contents: _Contents
+) -> Record:
+    keys = [(name, target) for name, target in began.keys]
+    kinds = [*began.kinds, *[""] * (len(keys) - len(began.kinds))]  # old journals do not have them
+    readings = {
+        name: Reading(
+            name, parse_kind(kind, where=name) if kind else Continuous(), of_targets=target is not None
         )
-        for start, end in pairwise(ends)
-    ]  # fmt: skip
+        for (name, target), kind in zip(keys, kinds, strict=True)
+    }
+    unknown = f"{path}: it does not say kinds of readings; numbers were taken as distances, not as angles"
+    seed = began.about.get("seed")
+    return Record(
+        times=values[:, -1],
+        values={key: values[:, column] for column, key in enumerate(keys)},
+        commands=np.zeros((len(values), 0)),
+        channels=(),
+        readings=tuple(readings.values()),
+        targets=tuple(dict.fromkeys(target for _, target in keys if target is not None)),
+        tick_s=began.tick_s,
+        episodes=(Episode(path.name, 0, len(values)),),
+        omissions=() if len(began.kinds) == len(keys) else (unknown,),
+        presses=tuple(contents.presses),
+        agent=f"agent {began.agent}",
+        source=str(path),
+        seed=seed if isinstance(seed, int) else None,
+        behavior=_read_name(began.lesson),
+    )
 
 
 def _list_states(contents: _Contents, start: int, end: int) -> tuple[tuple[str, ...], ...]:

@@ -1,13 +1,14 @@
-"""The files that data are read from: journals, recordings and traces have episodes, lessons and journals examples."""
+"""The files that data are read from: journals, recordings, traces and tables have records, lessons examples."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from understudy.errors import FileError
-from understudy.judging.episodes.episode import Episode
-from understudy.judging.episodes.tick_files import is_tick_table, read_tick_episodes
 from understudy.model.lesson import Lesson
+from understudy.records.record import Record
+from understudy.records.table_files import is_tick_table, read_tick_records
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.parquet import LINES, PARQUET
 
@@ -21,18 +22,18 @@ REMEDY = (
 )
 
 
-def read_episodes(path: Path | str) -> list[Episode]:
-    """Read the episodes of a journal, a recording, a trace or a table of ticks, whichever the file is.
+def read_records(path: Path | str) -> list[Record]:
+    """Read the records of a journal, a recording, a trace, a table of ticks or a data set, whichever it is.
 
     Parameters
     ----------
     path
-        Journal of a session, recording of a run, of sessions or of a team (.mcap), trace (.jsonl or .parquet), or
-        table of ticks (.csv, .jsonl or .parquet).
+        Journal of a session, recording of a run, of sessions or of a team (.mcap), trace (.jsonl or .parquet), or table
+        of ticks (.csv, .jsonl or .parquet).
 
     Returns
     -------
-    list of Episode
+    list of Record
         One of each agent and run, in the order of the file. A journal gives one from each restart or move of the robot
         to the next.
 
@@ -45,21 +46,39 @@ def read_episodes(path: Path | str) -> list[Episode]:
     """
     path = Path(path)
     if path.suffix.lower() == RECORDING:
-        from understudy.judging.episodes.run_episodes import read_recording_episodes
-
-        return read_recording_episodes(path)
+        return _read_recording_records(path)
     if path.suffix.lower() in (TABLE, *TRACES) and is_tick_table(path):
-        return read_tick_episodes(path)
+        return read_tick_records(path)
     if path.suffix.lower() in TRACES:
-        from understudy.judging.episodes.run_episodes import read_trace_episodes
+        from understudy.records.trace_reader import read_trace_records
 
-        return read_trace_episodes(path)
+        _, records = read_trace_records(path)
+        if not records:
+            remedy = "name a trace of a run that had ended or was interrupted"
+            raise FileError(path=path, place="", problem="the trace has no tick", remedy=remedy)
+        return records
     if is_journal(path):
-        from understudy.judging.episodes.journal_episodes import read_journal_episodes
+        from understudy.training.journal_records import read_journal_records
 
-        return read_journal_episodes(path)
+        return read_journal_records(path)
     problem = "it is neither a journal nor a recording nor a trace"
     raise FileError(path=path, place="", problem=problem, remedy=REMEDY)
+
+
+def _read_recording_records(path: Path) -> list[Record]:
+    """Read the records of all runs of a recording, or of all agents and coordinators of a team."""
+    from understudy.records.reader import read_recording
+    from understudy.records.team_reader import read_team_recording
+
+    if not path.is_file():
+        remedy = "name a file that `understudy run --record FILE.mcap` wrote"
+        raise FileError(path=path, place="", problem="there is no such file", remedy=remedy)
+    team = read_team_recording(path)
+    if team is not None:
+        return [replace(each, agent=part) for part in team.parts for each in team.read_part(part).records]
+    last = read_recording(path)
+    runs = [read_recording(path, run=number) for number in range(1, last.runs)]
+    return [record for run in (*runs, last) for record in run.records]
 
 
 def read_lesson(path: Path | str) -> Lesson:

@@ -1,4 +1,4 @@
-"""Tables of episodes: of the episodes themselves, of their ticks and of their presses; and as data frames."""
+"""Tables of records: of their episodes, of the ticks and of the presses; and as data frames."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 from math import isnan, nan
 from typing import Any, NamedTuple
 
-from understudy.judging.episodes.episode import Episode
-from understudy.judging.run_trace import BETWEEN, COMMAND, READING, ReadingInfo
 from understudy.model.data_frames import Cell, make_frame
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import Categorical, Column
-
-POSE = ("x", "y", "heading")
+from understudy.records.header import ReadingInfo
+from understudy.records.record import BETWEEN, COMMAND, POSE, READING, Record, split_episodes
 
 
 @dataclass(frozen=True)
@@ -44,13 +43,13 @@ class EpisodeFrames(NamedTuple):
     presses: Any
 
 
-def make_episode_frames(episodes: Sequence[Episode], backend: str | None = None) -> EpisodeFrames:
-    """Make data frames of episodes, their ticks and their presses.
+def make_episode_frames(records: Sequence[Record], backend: str | None = None) -> EpisodeFrames:
+    """Make data frames of the episodes of records, their ticks and their presses.
 
     Parameters
     ----------
-    episodes
-        Episodes, as `read_episodes` reads them, also of several files.
+    records
+        Records, as `read_records` reads them, also of several files.
     backend
         The package that makes the frames: "polars", "pandas" or "pyarrow". None: the first of them, in this order, that
         is installed.
@@ -67,12 +66,14 @@ def make_episode_frames(episodes: Sequence[Episode], backend: str | None = None)
     SettingError
         If the package is not installed, or is another one.
     """
-    frames = (make_table(episodes).to_frame(backend) for make_table in TABLES.values())
+    frames = (make_table(records).to_frame(backend) for make_table in TABLES.values())
     return EpisodeFrames(*frames)
 
 
-def make_episode_table(episodes: Sequence[Episode]) -> DataTable:
+def make_episode_table(records: Sequence[Record]) -> DataTable:
     """Make the table of episodes, one row each."""
+    episodes = split_episodes(records)
+    presses = [each.list_presses() for each in episodes]
     return _make_table(
         {
             "episode": (int, range(len(episodes))),
@@ -84,59 +85,64 @@ def make_episode_table(episodes: Sequence[Episode]) -> DataTable:
             "ticks": (int, [each.ticks for each in episodes]),
             "start_s": (float, [float(each.times[0]) if each.ticks else None for each in episodes]),
             "end_s": (float, [float(each.times[-1]) if each.ticks else None for each in episodes]),
-            "presses": (int, [len(each.presses) for each in episodes]),
-            "corrections": (int, [sum(press.correction for press in each.presses) for each in episodes]),
+            "presses": (int, list(map(len, presses))),
+            "corrections": (int, [sum(press.correction for press in each) for each in presses]),
         }
     )
 
 
-def make_tick_table(episodes: Sequence[Episode]) -> DataTable:
+def make_tick_table(records: Sequence[Record]) -> DataTable:
     """Make the table of ticks, one row per tick of each episode, with readings and commands as columns."""
-    levels = max((len(path) for each in episodes for path in each.states), default=0)
+    episodes = split_episodes(records)
+    states = [each.states or ((),) * each.ticks for each in episodes]
+    levels = max((len(path) for each in states for path in each), default=0)
     columns: dict[str, tuple[type, Iterable[Cell]]] = {
         **_make_keys(episodes, lambda each: range(each.ticks)),
         "time_s": (float, [time for each in episodes for time in each.times.tolist()]),
-        "states": (str, [BETWEEN.join(path) for each in episodes for path in each.states]),
+        "states": (str, [BETWEEN.join(path) for each in states for path in each]),
         **{
             f"state_{level + 1}": (
                 str,
-                [path[level] if level < len(path) else None for each in episodes for path in each.states],
+                [path[level] if level < len(path) else None for each in states for path in each],
             )
             for level in range(levels)
         },
     }
     for name in POSE if any(each.pose for each in episodes) else ():
         columns[name] = float, _join(episodes, [each.pose.get(name) for each in episodes])
-    for label in dict.fromkeys(label for each in episodes for label in each.readings):
-        kinds = [each.kinds.get(label) for each in episodes if label in each.readings]
-        readings = [each.readings.get(label) for each in episodes]
-        columns[READING + label] = (
-            (str, _join_labels(episodes, readings, label))
+    for key in dict.fromkeys(key for each in episodes for key in each.values):
+        kinds = [each.find_kind(key) for each in episodes if key in each.values]
+        readings = [each.values.get(key) for each in episodes]
+        columns[READING + format_reading_label(key)] = (
+            (str, _join_labels(episodes, readings, key))
             if all(isinstance(kind, Categorical) for kind in kinds)
             else (float, _join(episodes, readings))
         )
-    for channel in dict.fromkeys(channel for each in episodes for channel in each.commands):
-        columns[COMMAND + channel] = float, _join(episodes, [each.commands.get(channel) for each in episodes])
+    for channel in dict.fromkeys(channel.name for each in episodes for channel in each.channels):
+        commands = [each.find_commands(channel) for each in episodes]
+        columns[COMMAND + channel] = float, _join(episodes, commands)
     return replace(_make_table(columns), about=_list_kinds(episodes))
 
 
-def _list_kinds(episodes: Sequence[Episode]) -> dict[str, ReadingInfo]:
+def _list_kinds(episodes: Sequence[Record]) -> dict[str, ReadingInfo]:
     """List the kind and unit of the columns of readings and commands."""
     about = {}
     for each in episodes:
-        for label, kind in each.kinds.items():
-            about[READING + label] = ReadingInfo(str(kind), each.units.get(label, ""))
-        for channel in each.commands:
-            about[COMMAND + channel] = ReadingInfo("continuous", each.channel_units.get(channel, ""))
+        for key in each.values:
+            reading = ReadingInfo(str(each.find_kind(key)), each.find_unit(key))
+            about[READING + format_reading_label(key)] = reading
+        for channel in each.channels:
+            about[COMMAND + channel.name] = ReadingInfo("continuous", channel.unit)
     return about
 
 
-def make_press_table(episodes: Sequence[Episode]) -> DataTable:
+def make_press_table(records: Sequence[Record]) -> DataTable:
     """Make the table of presses, one row each."""
-    presses = [(each, press) for each in episodes for press in each.presses]
+    episodes = split_episodes(records)
+    presses = [(each, press) for each in episodes for press in each.list_presses()]
     return _make_table(
         {
-            **_make_keys(episodes, lambda each: [press.tick for press in each.presses]),
+            **_make_keys(episodes, lambda each: [press.tick for press in each.list_presses()]),
             "time_s": (float, [float(each.times[press.tick]) for each, press in presses]),
             "state": (str, [press.state for _, press in presses]),
             "kind": (str, [None if press.kind is None else press.kind.value for _, press in presses]),
@@ -145,12 +151,12 @@ def make_press_table(episodes: Sequence[Episode]) -> DataTable:
     )
 
 
-TABLES: dict[str, Callable[[Sequence[Episode]], DataTable]] = {
+TABLES: dict[str, Callable[[Sequence[Record]], DataTable]] = {
     "episodes": make_episode_table,
     "ticks": make_tick_table,
     "presses": make_press_table,
 }
-"""The function that makes each table of episodes."""
+"""The function that makes each table of records."""
 
 
 def _make_table(columns: dict[str, tuple[type, Iterable[Cell]]]) -> DataTable:
@@ -161,7 +167,7 @@ def _make_table(columns: dict[str, tuple[type, Iterable[Cell]]]) -> DataTable:
 
 
 def _make_keys(
-    episodes: Sequence[Episode], list_ticks: Callable[[Episode], Sequence[int]]
+    episodes: Sequence[Record], list_ticks: Callable[[Record], Sequence[int]]
 ) -> dict[str, tuple[type, Iterable[Cell]]]:
     """Make the columns that say of which episode, agent and tick a row is."""
     ticks = [list_ticks(each) for each in episodes]
@@ -172,7 +178,7 @@ def _make_keys(
     }
 
 
-def _join(episodes: Sequence[Episode], columns: Sequence[Column | None]) -> list[Cell]:
+def _join(episodes: Sequence[Record], columns: Sequence[Column | None]) -> list[Cell]:
     """Join the columns of episodes, absent where an episode has none."""
     cells: list[Cell] = []
     for episode, column in zip(episodes, columns, strict=True):
@@ -181,10 +187,14 @@ def _join(episodes: Sequence[Episode], columns: Sequence[Column | None]) -> list
     return cells
 
 
-def _join_labels(episodes: Sequence[Episode], columns: Sequence[Column | None], label: str) -> list[Cell]:
+def _join_labels(episodes: Sequence[Record], columns: Sequence[Column | None], key: ReadingKey) -> list[Cell]:
     """Join the columns of a categorical reading, as texts."""
-    kinds = [kind for each in episodes for kind in [each.kinds.get(label)] * each.ticks]
+    kinds = [
+        kind
+        for each in episodes
+        for kind in [each.find_kind(key) if key in each.values else None] * each.ticks
+    ]
     return [
-        kind.labels[int(value)] if isinstance(kind, Categorical) and isinstance(value, float) else None
+        kind.labels[int(value)] if isinstance(kind, Categorical) and value is not None else None
         for kind, value in zip(kinds, _join(episodes, columns), strict=True)
     ]

@@ -20,10 +20,11 @@ import numpy as np
 from understudy.errors import SettingError
 from understudy.model.features import format_reading_label
 from understudy.model.value_kinds import Column
+from understudy.records.header import ReadingInfo
+from understudy.records.record import BETWEEN, COMMAND, POSE, READING
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
-from understudy.sim.view import WorldView
 from understudy.storage.atomic_write import UNFINISHED, check_file_place, convert_os_errors, sync_folder
 from understudy.storage.json_text import encode_json
 from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
@@ -40,30 +41,8 @@ COLUMNS = {
 """The columns that every trace has, with their types in DuckDB."""
 COORDINATOR = "coordinator"
 """The column of a coordinator's name, in a trace of a team with coordinators."""
-READING, COMMAND = "reading.", "command."
-"""The beginnings of the titles of columns with readings and commands."""
 DIGITS = 6
 WRITING = "writing the trace"
-BETWEEN = " > "
-"""The text between the states of a path, outermost first."""
-
-
-class TraceRow(msgspec.Struct, frozen=True):
-    """A line of a trace: place (m), heading (rad) and states of one robot after a tick, the outermost state first."""
-
-    time_s: float
-    robot: int
-    x: float
-    y: float
-    heading: float
-    doing: str
-
-
-class ReadingInfo(msgspec.Struct, frozen=True):
-    """The kind of a reading, as files write it, and its unit."""
-
-    kind: str
-    unit: str = ""
 
 
 class TraceColumns(msgspec.Struct, frozen=True, kw_only=True):
@@ -111,48 +90,30 @@ class TraceWriter:
 
     def add(
         self,
-        view: WorldView,
+        time_s: float,
+        pose: Mapping[str, Column],
         paths: Sequence[Sequence[str]],
         *,
         readings: Mapping[str, Column] | None = None,
         commands: Mapping[str, Column] | None = None,
         coordinators: Mapping[str, AgentTick] | None = None,
+        robots: Sequence[int] | None = None,
     ) -> None:
-        """Record the place of each robot after a tick, and the states it is in, outermost first.
+        """Record the pose of each robot after a tick, as columns [N], and the states it is in, outermost first.
 
         `readings` and `commands` are those of the tick, as columns [N] by label and by channel; `coordinators` has the
-        same of the coordinators of each squad. They are written in full precision, and null where NaN.
+        same of the coordinators of each squad. They are written in full precision, and null where NaN. `robots` are the
+        numbers of the robots, by default from 0.
         """
-        robots, time_s = view.robots, round(view.time_s, DIGITS)
-        place = [np.round(column, DIGITS) for column in (robots.x, robots.y, robots.heading)]
-        rows = _make_rows(
-            time_s,
-            {
-                "robot": range(len(place[0])),
-                **{name: column.tolist() for name, column in zip(("x", "y", "heading"), place, strict=True)},
-            },
-            AgentTick(paths, readings or {}, commands or {}),
-        )
-        for squad, tick in (coordinators or {}).items():
-            names = [f"{squad} {number}" for number in range(len(tick.paths))]
-            rows += _make_rows(time_s, {"robot": [None] * len(names), COORDINATOR: names}, tick)
+        time_s = round(time_s, DIGITS)
+        places = {name: np.round(pose[name], DIGITS).tolist() for name in POSE}
+        numbers = range(len(places["x"])) if robots is None else robots
+        tick = AgentTick(paths, readings or {}, commands or {})
+        rows = _make_rows(time_s, {"robot": numbers, **places}, tick)
+        for squad, squad_tick in (coordinators or {}).items():
+            names = [f"{squad} {number}" for number in range(len(squad_tick.paths))]
+            rows += _make_rows(time_s, {"robot": [None] * len(names), COORDINATOR: names}, squad_tick)
         self._write(rows)
-
-    def add_robot(
-        self,
-        time_s: float,
-        robot: int,
-        pose: Sequence[float],
-        *,
-        readings: Mapping[str, float],
-        commands: Mapping[str, float],
-    ) -> None:
-        """Record one robot that a person drove, after a tick: its x, y and heading, readings and commands."""
-        x, y, heading = (round(value, DIGITS) for value in pose)
-        place = {"robot": robot, "x": x, "y": y, "heading": heading, "doing": ""}
-        sensed = {READING + label: value for label, value in readings.items()}
-        commanded = {COMMAND + channel: value for channel, value in commands.items()}
-        self._write([{"time_s": round(time_s, DIGITS), **place, **sensed, **commanded}])
 
     def _write(self, rows: Sequence[Mapping[str, Any]]) -> None:
         data = memoryview(self._encoder.encode_lines(rows))
@@ -286,14 +247,17 @@ def _describe_readings(layer: AgentLayer) -> dict[str, ReadingInfo]:
     }
 
 
-def add_team_tick(trace: TraceWriter, team: Team, view: WorldView, paths: list[tuple[str, ...]]) -> None:
+def add_team_tick(
+    trace: TraceWriter, team: Team, time_s: float, pose: Mapping[str, Column], paths: list[tuple[str, ...]]
+) -> None:
     """Add the last tick of a team to its trace.
 
-    `view` is the world after it, and `paths` has the states of each robot, outermost first.
+    `time_s` and `pose` are those of the world after it, and `paths` has the states of each robot, outermost first.
     """
     robots, *above = team.layers
     trace.add(
-        view,
+        time_s,
+        pose,
         paths,
         readings=_list_readings(robots),
         commands=robots.commands,

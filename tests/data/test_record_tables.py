@@ -16,15 +16,17 @@ pytest.importorskip("narwhals", reason="needs the extra frames")
 
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.make.records import make_record
 from tests.make.sessions import make_session, play
 from tests.make.transcripts import FOLDER
 
-from understudy import Categorical, Episode, EpisodePress, make_episode_frames, read_episodes
+from understudy import Categorical, RecordedPress, make_episode_frames, read_records
 from understudy.errors import FileError, SettingError
-from understudy.judging.episodes.episode_tables import TABLES, DataTable, make_tick_table
-from understudy.judging.episodes.table_files import check_table_path, write_table
 from understudy.model.lesson import ExampleKind
 from understudy.model.value_kinds import BOOLEAN, Continuous, Kind
+from understudy.records.record import Record
+from understudy.records.record_tables import TABLES, DataTable, make_tick_table
+from understudy.records.table_files import check_table_path, write_table
 
 pandas: Any = pytest.importorskip("pandas")
 polars: Any = pytest.importorskip("polars")
@@ -32,7 +34,7 @@ pyarrow: Any = pytest.importorskip("pyarrow")
 BACKENDS = ("pandas", "polars", "pyarrow")
 
 
-def make_episode(**changes: Any) -> Episode:
+def make_steps(**changes: Any) -> Record:
     given: dict[str, Any] = {
         "agent": "robot 0",
         "tick_s": 0.1,
@@ -41,15 +43,15 @@ def make_episode(**changes: Any) -> Episode:
         "readings": {"range(home)": np.array([1.5, nan, 0.25]), "ready": np.array([1.0, 0.0, nan])},
         "kinds": {"range(home)": Continuous(), "ready": BOOLEAN},
         "commands": {"drive": np.array([0.0, 1.0, 1.0])},
-        "presses": (EpisodePress(1, "go", True, ExampleKind.DIRECTIVE), EpisodePress(2, None)),
+        "presses": (RecordedPress(1, "go", True, ExampleKind.DIRECTIVE), RecordedPress(2, None)),
         "source": "run.jsonl",
         "seed": 7,
         "behavior": "goto",
     }
-    return Episode(**{**given, **changes})
+    return make_record(**{**given, **changes})
 
 
-SQUAD = make_episode(
+SQUAD = make_steps(
     agent="squad 0",
     readings={"done": np.array([1.0, 1.0, 0.0])},
     kinds={},
@@ -81,14 +83,14 @@ WRITTEN = {"ticks": TICKS, "presses": PRESSES, "episodes": EPISODES}
 
 @pytest.mark.parametrize("name", WRITTEN)
 def test_the_tables_as_csv(name: str, tmp_path: Path) -> None:
-    write_table(TABLES[name]([make_episode(), SQUAD]), tmp_path / "out.csv")
+    write_table(TABLES[name]([make_steps(), SQUAD]), tmp_path / "out.csv")
     assert (tmp_path / "out.csv").read_text() == WRITTEN[name]
 
 
 @pytest.mark.parametrize("name", WRITTEN)
 def test_all_files_have_the_same_cells(name: str, tmp_path: Path) -> None:
     duckdb: Any = pytest.importorskip("duckdb", reason="needs the extra parquet")
-    table = TABLES[name]([make_episode(), SQUAD])
+    table = TABLES[name]([make_steps(), SQUAD])
     write_table(table, tmp_path / "out.jsonl")
     write_table(table, tmp_path / "it's.parquet")
     lines = [json.loads(line) for line in (tmp_path / "out.jsonl").read_text().splitlines()]
@@ -103,7 +105,7 @@ def test_all_files_have_the_same_cells(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_frames_have_the_cells_of_the_tables(backend: str) -> None:
-    episodes = [make_episode(), SQUAD]
+    episodes = [make_steps(), SQUAD]
     frames = make_episode_frames(episodes, backend)
     for name, make_table in TABLES.items():
         table, frame = make_table(episodes), polars.DataFrame(getattr(frames, name))
@@ -128,7 +130,7 @@ values = st.one_of(st.just(nan), st.floats(allow_nan=False, allow_infinity=False
 @given(column=st.lists(values, min_size=1, max_size=6))
 def test_readings_keep_every_digit(backend: str, column: list[float]) -> None:
     times = np.arange(len(column), dtype=np.float64)
-    episode = make_episode(
+    episode = make_steps(
         times=times,
         states=((),) * len(column),
         readings={"x": np.array(column)},
@@ -145,7 +147,7 @@ def test_readings_keep_every_digit(backend: str, column: list[float]) -> None:
 def test_a_journal_as_frames(backend: str, tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
     play(make_session(journal=path), "forward", 3, "left", 2, "test", 1, "right", 1).close()
-    frames = make_episode_frames(read_episodes(path), backend)
+    frames = make_episode_frames(read_records(path), backend)
     ticks, presses = polars.DataFrame(frames.ticks), polars.DataFrame(frames.presses)
     assert ticks["state_1"].to_list()[:5] == ["forward"] * 3 + ["left"] * 2
     assert ticks["reading.seen"].to_list()[:3] == ["no", "yes", "no"]
@@ -155,29 +157,28 @@ def test_a_journal_as_frames(backend: str, tmp_path: Path) -> None:
 
 
 def test_a_trace_as_frames() -> None:
-    frames = make_episode_frames(read_episodes(FOLDER / "runs" / "forage.jsonl"), "pandas")
+    frames = make_episode_frames(read_records(FOLDER / "runs" / "forage.jsonl"), "pandas")
     rows = pandas.read_json(FOLDER / "runs" / "forage.jsonl", lines=True).iloc[1:]
     assert np.allclose(frames.ticks["x"], rows["x"], rtol=0, atol=1e-12)
     assert frames.ticks["states"].tolist() == rows["doing"].tolist()
     assert frames.episodes["seed"].tolist() == [1]
 
 
-TWO: list[tuple[list[Kind | None], list[Any]]] = [
+TWO: list[tuple[list[Kind], list[Any]]] = [
     ([BOOLEAN, BOOLEAN], ["yes", "yes"]),
     ([BOOLEAN, Categorical(("a", "b"))], ["yes", "b"]),
     ([BOOLEAN, Continuous()], [1.0, 1.0]),
-    ([BOOLEAN, None], [1.0, 1.0]),
 ]
 
 
 @pytest.mark.parametrize(("kinds", "cells"), TWO)
-def test_a_reading_of_several_kinds_is_a_number(kinds: list[Kind | None], cells: list[Any]) -> None:
+def test_a_reading_of_several_kinds_is_a_number(kinds: list[Kind], cells: list[Any]) -> None:
     episodes = [
-        make_episode(
+        make_steps(
             times=np.array([0.1]),
             states=((),),
             readings={"x": np.array([1.0])},
-            kinds={} if kind is None else {"x": kind},
+            kinds={"x": kind},
             commands={},
             presses=(),
         )

@@ -1,1 +1,0 @@
-"""Lessons, sessions and runs as episodes and data frames, for statistics, figures and other programs."""
