@@ -30,7 +30,7 @@ endif
 # compile again all that it imports.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo studio page protocol test test-rest test-all coverage soak bench experiments docs dist format lock clean moved
+.PHONY: help demo studio page protocol test test-rest test-all coverage soak bench experiments docs page-site dist format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -84,8 +84,14 @@ experiments: $(VENV)/.dev ## a small part of every published experiment, compare
 	$(BIN)/understudy experiment all --quick $(ARGS)
 
 docs: $(VENV)/.release ## build the documentation site into site/; a warning fails the build
-	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --builder html docs site
+	@try=; if $(BIN)/python tools/page_site.py build/try; then try="--tag try"; elif [ $$? -ne 2 ]; then exit 1; fi; \
+	$(BIN)/sphinx-build $$try --fail-on-warning --keep-going --quiet --builder html docs site && rm -rf site/try && \
+	if [ -n "$$try" ]; then cp -r build/try site/try; else echo "The documents are without Try it now."; fi
 	@echo "Open site/index.html"
+
+page-site: $(VENV)/.run ## write the studio as static files into site-studio/, which any web server can serve
+	$(BIN)/python tools/page_site.py site-studio
+	@echo "Serve it: $(BIN)/python -m http.server --directory site-studio"
 
 dist: $(VENV)/.release ## build wheels, pure and with compiled kernels, and sdist into dist/; check and try all
 	rm -rf dist
@@ -112,7 +118,7 @@ lock: ## lock what pyproject.toml asks for, keeping versions that still fit (ARG
 	$(COMPILE) --extra dev --extra release --constraints requirements-dev.lock --output-file requirements-release.lock
 
 clean: ## remove everything that make made here
-	rm -rf $(VENV) build dist site docs/reference/api docs/reference/studies .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis page/node_modules
+	rm -rf $(VENV) build dist site site-studio docs/reference/api docs/reference/studies .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis page/node_modules
 	find src tests -name __pycache__ -prune -exec rm -rf {} +
 
 $(VENV)/.place: $(MOVED)

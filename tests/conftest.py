@@ -88,3 +88,4 @@ def without_scores(monkeypatch: pytest.MonkeyPatch) -> None:
     keeper = sys.modules.get("understudy.ui.controller.score_keeper")
     if keeper is not None:
         monkeypatch.setattr(keeper, "begin_in_thread", lambda work: None)
+        monkeypatch.setattr(keeper.LessonScoreKeeper, "run_beside", lambda keeper, beside: None)

@@ -8,7 +8,7 @@ export function Bars() {
   if (studio.refusal !== null) {
     return (
       <div class="flex bar lost" role="alert">
-        The studio does not let this page in: {studio.refusal}
+        {studio.refusal}
       </div>
     );
   }
@@ -20,7 +20,21 @@ export function Bars() {
       </div>
     );
   }
+  if (studio.stage !== "") {
+    return (
+      <div class="flex bar" role="status">
+        {studio.stage} …
+      </div>
+    );
+  }
   if (studio.status === null || studio.hasControl) return null;
+  if (studio.closed !== "") {
+    return (
+      <div class="flex bar lost" role="alert">
+        You can only look: {studio.closed}.
+      </div>
+    );
+  }
   return (
     <div class="flex bar" role="status">
       <span>

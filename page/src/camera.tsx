@@ -90,7 +90,7 @@ function useImages(studio: Studio, robot: number): CameraImage | null {
     let last: string | null = null;
     const take = async (): Promise<void> => {
       try {
-        const answer = await fetch(studio.address(`camera/${robot}.jpg`));
+        const answer = await studio.fetch(`camera/${robot}.jpg`);
         if (going && answer.status === 200) {
           const url = URL.createObjectURL(await answer.blob());
           setImage({ url, number: Number(answer.headers.get(NUMBER)) });

@@ -46,3 +46,12 @@ export function exportQuery(request: ExportRequest): [string, string][] {
 export function fileName(disposition: string | null, otherwise: string): string {
   return /filename="([^"/\\]+)"/.exec(disposition ?? "")?.[1] ?? otherwise;
 }
+
+/** Offer a file as a download. */
+export function saveFile(content: Blob, name: string): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000); // some browsers read it later
+}

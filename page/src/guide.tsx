@@ -78,7 +78,7 @@ function readMoment(studio: Studio): Moment {
     seed: status?.seed ?? null,
     distance: read("distance_to"),
     angle: toDegrees(read("angle_to")),
-    works: studio.worldGrid.open ? (studio.worldGrid.grid?.works ?? null) : null,
+    works: countWorks(studio),
   };
 }
 
@@ -120,6 +120,12 @@ function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): Tour
   if (isThere(moment))
     return { text: "It is there, and has learned from what you pressed. Now another world.", at: NEW_WORLD };
   return corrects(tour, moment, session, studio.motion.last?.time ?? 0);
+}
+
+/** In how many of a hundred worlds it works, 0 where there can be none; null before they are on the page. */
+function countWorks({ offers, worldGrid }: Studio): number | null {
+  if (!offers.includes("runs")) return 0;
+  return worldGrid.open ? (worldGrid.grid?.works ?? null) : null;
 }
 
 /** What to do with a robot that ran in a hundred worlds. */

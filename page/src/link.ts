@@ -1,6 +1,7 @@
 /** The connection to the server: numbered requests and their answers, and reconnecting when it is lost. */
 
 import type { Answer, News, Request } from "./protocol";
+import { findParts, WorkerChannel } from "./workerlink";
 
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 4000;
@@ -11,12 +12,32 @@ export interface LinkListener {
   receive(news: News): void;
   receiveFrame(frame: ArrayBuffer): void;
   setConnected(open: boolean): void;
-  /** The server lets this page in no more, and says why. */
+  /** How far the start of a studio in this page is, in words. */
+  note(stage: string): void;
+  /** The server lets this page in no more, or there is no studio in this page; a sentence says why. */
   refuse(reason: string): void;
 }
 
+/** What a request for a file asks for, and what it sends. */
+export interface FileOptions {
+  query?: readonly (readonly [string, string])[];
+  content?: Blob | string | null;
+  /** Whether it sends anything, be it nothing (POST). */
+  sends?: boolean;
+}
+
+/** What carries the messages: a WebSocket, or a worker of this page. */
+export interface Channel {
+  readonly readyState: number;
+  onopen: (() => void) | null;
+  onmessage: ((event: MessageEvent<string | ArrayBuffer>) => void) | null;
+  onclose: ((event: CloseEvent) => void) | null;
+  send(text: string): void;
+}
+
 export class Link {
-  private socket: WebSocket | null = null;
+  private channel: Channel | null = null;
+  private worker: WorkerChannel | null = null;
   private number = 0;
   private wait = FIRST_WAIT;
   private key = sessionStorage.getItem(KEPT);
@@ -25,24 +46,41 @@ export class Link {
   constructor(private readonly listener: LinkListener) {}
 
   open(): void {
-    const socket = openSocket(this.address("ws"));
-    socket.onopen = () => {
+    const channel = this.openChannel();
+    channel.onopen = () => {
       this.wait = FIRST_WAIT;
       this.listener.setConnected(true);
     };
-    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
-    socket.onclose = (event) => this.reconnect(event);
-    this.socket = socket;
+    channel.onmessage = (event) => this.take(event.data);
+    channel.onclose = (event) => this.reconnect(event);
+    this.channel = channel;
+  }
+
+  private openChannel(): Channel {
+    const parts = findParts();
+    if (parts === null) return openSocket(this.address("ws")) as Channel;
+    this.worker = new WorkerChannel(parts);
+    this.worker.onstage = (stage) => this.listener.note(stage);
+    return this.worker;
+  }
+
+  /** What the studio answers to a request for a file, or with one. */
+  fetch(path: string, options: FileOptions = {}): Promise<Response> {
+    const { query = [], content = null, sends = false } = options;
+    if (this.worker !== null) return this.worker.fetch(path, query, content, sends);
+    const address = this.address(path);
+    for (const [name, value] of query) address.searchParams.append(name, value);
+    return fetch(address, sends ? { method: "POST", body: content } : {});
   }
 
   /** What the server answers; an error where nothing can be sent. */
   ask(request: Request): Promise<Answer> {
     this.number += 1;
     const id = this.number;
-    if (this.socket?.readyState !== WebSocket.OPEN) {
+    if (this.channel?.readyState !== WebSocket.OPEN) {
       return Promise.resolve({ re: id, error: "The connection to the studio is lost: nothing was sent." });
     }
-    this.socket.send(JSON.stringify({ id, ...request }));
+    this.channel.send(JSON.stringify({ id, ...request }));
     return new Promise((resolve) => this.pending.set(id, resolve));
   }
 
@@ -71,14 +109,18 @@ export class Link {
   }
 
   private reconnect(event: CloseEvent): void {
-    this.socket = null;
+    this.channel = null;
     for (const [id, resolve] of this.pending) {
       resolve({ re: id, error: "The connection was lost before the answer came." });
     }
     this.pending.clear();
     this.listener.setConnected(false);
     if (event.code === REFUSED) {
-      this.listener.refuse(event.reason);
+      const problem =
+        this.worker === null
+          ? "The studio does not let this page in"
+          : "The studio cannot run in this browser";
+      this.listener.refuse(`${problem}: ${event.reason}`);
       return;
     }
     setTimeout(() => this.open(), this.wait);
@@ -86,7 +128,7 @@ export class Link {
   }
 
   /** Where the server's `path` is for this page, with its key. */
-  address(path: string): URL {
+  private address(path: string): URL {
     const here = serverAddress(path);
     if (this.key !== null) here.searchParams.set("key", this.key);
     return here;

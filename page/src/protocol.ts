@@ -484,6 +484,12 @@ export interface Hello {
   has_control: boolean;
   /** The targets that automata can be exported to. */
   exports: readonly ExportTarget[];
+  /** What can be done here; the page leaves out the rest. */
+  offers: readonly Offer[];
+  /** Where the library is kept, if that is not in files; else empty. */
+  storage_note: string;
+  /** Why no page can take control; empty if one can. */
+  closed: string;
   scene: Scene;
   /** The running team that is watched, if there is one. */
   team?: Team;
@@ -782,6 +788,9 @@ export interface ExportTarget {
   /** Whether it can be written in single precision, too. */
   single_precision: boolean;
 }
+
+/** What not every place can do beside letting a person teach. */
+export type Offer = "runs";
 
 /** The parts of world and kit that do not change from tick to tick. */
 export interface Scene {

@@ -1,7 +1,7 @@
 /** The state of the page: the server's latest messages, and the page's own requests. */
 
 import type { Frame } from "./frame";
-import { Link, type LinkListener } from "./link";
+import { Link, type FileOptions, type LinkListener } from "./link";
 import { Live } from "./live";
 import { FeatureHistory } from "./history";
 import { RunHistory } from "./runhistory";
@@ -11,6 +11,7 @@ import type {
   Answer,
   ExportTarget,
   News as ServerNews,
+  Offer,
   Request,
   Scene,
   Session,
@@ -70,7 +71,7 @@ export class Studio extends FrameReceiver implements LinkListener {
   /** Whether there is a connection; null before there was ever one. */
   linked: boolean | null = null;
   hasControl = false;
-  /** Why the server does not let this page in; null while it does. */
+  /** Why there is no studio for this page; null while there is. */
   refusal: string | null = null;
   notice: Notice = { text: "", tone: "" };
   /** How many there were, to tell one from the next. */
@@ -83,6 +84,14 @@ export class Studio extends FrameReceiver implements LinkListener {
   version = "";
   /** The targets that automata can be exported to. */
   exports: readonly ExportTarget[] = [];
+  /** What can be done here; the rest is left out. */
+  offers: readonly Offer[] = [];
+  /** Where the library is kept, if that is not in files; else empty. */
+  storageNote = "";
+  /** Why no page can take control; empty if one can. */
+  closed = "";
+  /** How far the start of a studio in this page is; empty with a server. */
+  stage = "";
   private back: Request | null = null;
   private readonly link = new Link(this);
 
@@ -108,9 +117,9 @@ export class Studio extends FrameReceiver implements LinkListener {
     return answer;
   }
 
-  /** Where something of the server is that is fetched by itself. */
-  address(path: string): URL {
-    return this.link.address(path);
+  /** What the studio answers to a request for a file, or with one. */
+  fetch(path: string, options?: FileOptions): Promise<Response> {
+    return this.link.fetch(path, options);
   }
 
   /** Direct to a state; `since` is when its key went down, by the page's clock. */
@@ -143,6 +152,11 @@ export class Studio extends FrameReceiver implements LinkListener {
     this.news.tell();
   }
 
+  note(stage: string): void {
+    this.stage = stage;
+    this.news.tell();
+  }
+
   refuse(reason: string): void {
     this.refusal = reason;
     this.news.tell();
@@ -158,6 +172,10 @@ export class Studio extends FrameReceiver implements LinkListener {
         this.hasControl = news.has_control;
         this.version = news.version;
         this.exports = news.exports;
+        this.offers = news.offers;
+        this.storageNote = news.storage_note;
+        this.closed = news.closed;
+        this.stage = "";
       }
     }
     this.news.tell();

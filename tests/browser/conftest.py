@@ -10,10 +10,13 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
+from tests.browser.static_studio import StaticStudio
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.window import SNAPS, find_chromium, launch, open_page
 
+PLACE = "UNDERSTUDY_PLACE"
+"""The variable that says where the studio runs in tests that do not say so themselves."""
 OPENED = ExitStack()
 """The browser of this worker, while tests of this folder run."""
 _browsers: list[Browser] = []
@@ -63,9 +66,15 @@ def moves_clock() -> bool:
 
 
 @pytest.fixture
-def studio(tmp_path: Path, moves_clock: bool) -> Iterator[Studio]:
+def place() -> str:
+    """Where the studio runs: "served" by a server of its own, or "static", as files, in the page."""
+    return os.environ.get(PLACE, "served")
+
+
+@pytest.fixture
+def studio(tmp_path: Path, moves_clock: bool, place: str) -> Iterator[Studio]:
     """A studio with an empty library."""
-    made = Studio(tmp_path / "library", clock=moves_clock)
+    made = StaticStudio() if place == "static" else Studio(tmp_path / "library", clock=moves_clock)
     made.start()
     yield made
     made.stop()
@@ -78,7 +87,7 @@ def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[..., Page]]:
 
         def open_studio_page(**options: Any) -> Page:
             page = pages.enter_context(open_page(chromium, studio.address, **options))
-            page.get_by_role("heading", name="Understudy").wait_for()
+            studio.wait_until_open(page)
             return page
 
         yield open_studio_page

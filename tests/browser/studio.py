@@ -21,6 +21,10 @@ from tests.browser.shared_clock import SharedClock
 from tests.browser.studio_forks import End, Start
 from tests.browser.window import open_page
 
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
+from understudy.storage.library_folder import open_library
+
 READY = re.compile(r"The (?:studio is|recording is|recordings are|drive is) at (http://\S+)")
 
 
@@ -61,6 +65,15 @@ class Studio:
                 return
         self.kill()
         raise AssertionError("the studio did not start: " + "".join(said))
+
+    def wait_until_open(self, page: Page) -> None:
+        """Wait until a page can be used."""
+        page.get_by_role("heading", name="Understudy").wait_for()
+
+    def list_automata(self, page: Page) -> set[str]:
+        """List the automata of the library, whatever the page shows."""
+        scenario = find_scenario(self._what[0])
+        return set(open_library(self.library, make_scenario_kit(scenario)).library.taught)
 
     def stop(self) -> None:
         """Ask it to end, as the system does."""

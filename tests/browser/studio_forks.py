@@ -10,15 +10,16 @@ import ctypes
 import os
 import signal
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from select import select
+from unittest.mock import patch
 
 import msgspec
 from tests.browser.shared_clock import SharedClock
 
-from understudy.ui.controller import score_keeper
+from understudy.ui.controller.beside import Beside
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
 
 DIE_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl."""
@@ -49,8 +50,9 @@ class End(msgspec.Struct, tag=True):
     signal: int
 
 
-def leave_out(work: Callable[[], None]) -> None:
-    """Do none of some work."""
+def leave_out(score: LessonScoreKeeper, _: Beside) -> None:
+    """Begin no runs."""
+    score.begin = lambda work: None
 
 
 _read = msgspec.json.Decoder(Start | End).decode
@@ -58,7 +60,8 @@ _read = msgspec.json.Decoder(Start | End).decode
 
 def main() -> None:
     """Answer requests until there are no more."""
-    score, score_keeper.begin_in_thread = score_keeper.begin_in_thread, leave_out
+    scores = patch.object(LessonScoreKeeper, "run_beside", leave_out)
+    scores.start()
     load_studio()
     running: set[int] = set()
     sys.stdout.write("ready\n")
@@ -70,7 +73,7 @@ def main() -> None:
             answer = os.fork()
             if answer == 0:
                 if request.scores:
-                    score_keeper.begin_in_thread = score
+                    scores.stop()
                 become_studio(request, said)
                 return
             os.close(said)

@@ -9,13 +9,12 @@ import pytest
 from playwright.sync_api import Page
 from tests.browser.curriculum import teach_deposit, teach_forage, teach_goto, teach_harvest
 from tests.browser.foraging import Forager
+from tests.browser.static_studio import both_places
 from tests.browser.studio import Studio
 
-from understudy.sim.catalog import find_scenario
-from understudy.sim.kit import make_scenario_kit
-from understudy.storage.library_folder import open_library
 from understudy_lab.tasks.forage_teacher import CAPACITY
 
+pytestmark = both_places
 UNSEEN = (2_000, 2_001)
 """Worlds that nobody taught or tried the robot in, with 15 and 49 units of food."""
 LIMIT_S = 1_000
@@ -46,5 +45,4 @@ def test_a_robot_learns_to_forage(visit: Callable[..., Page], studio: Studio) ->
         person.let_alone(limit_s=LIMIT_S)
         say(f"{person.food[0]} units at home")
     assert person.actions < MOST_ACTIONS
-    taught = open_library(studio.library, make_scenario_kit(find_scenario("forage"))).library.taught
-    assert set(taught) == {"goto", "harvest", "deposit", "forage"}
+    assert studio.list_automata(person.page) == {"goto", "harvest", "deposit", "forage"}

@@ -6,7 +6,10 @@ from collections.abc import Callable
 
 import pytest
 from playwright.sync_api import Page, expect
+from tests.browser.static_studio import both_places
 from tests.browser.teacher import Teacher
+
+pytestmark = both_places
 
 
 @pytest.fixture

@@ -22,6 +22,8 @@ from understudy.ui.cli.main import make_command_line
 HEADER = "state,next,kind"
 """How a table of examples begins; other tables are rows to predict."""
 
+MADE = ("try/index.html",)
+"""Files that `make docs` puts beside the documents; where it cannot, it leaves out the links, too."""
 UNWELCOME = re.compile(r"https?://|pypi|/home/|/tmp/|/wor[k]/|/root/|\blocalhost\b", re.IGNORECASE)
 """No addresses, and no places on anybody's machine."""
 
@@ -37,6 +39,8 @@ def test_links_lead_somewhere() -> None:
         for link in links(page):
             where, _, anchor = link.partition("#")
             target = (page.parent / where) if where else page
+            if where in MADE:
+                continue
             if not target.exists():
                 found.append(f"{name(page)}: {link} leads nowhere")
             elif anchor and anchor not in anchors(target.resolve()):

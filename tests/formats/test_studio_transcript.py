@@ -18,6 +18,8 @@ pytest.importorskip("sklearn", reason="needs the extra sklearn")
 
 STUDIO_0_2 = FOLDER.parent / "v0_2_0/studio"
 """What the studio of 0.2 was told and said; its libraries are those of 0.1."""
+PLACE = ("offers", "storage_note", "closed")
+"""What `hello` says of the place in which the studio runs."""
 MENDED = {"forage": {66: ('"happened": "edited"', '"happened": "shown anew"')}}
 """Answers of 0.1.0 that were wrong, by line: examples of a lesson begun anew were called edited."""
 
@@ -71,10 +73,12 @@ def test_the_messages_of_0_2_are_answered_the_same(
 def take_unstable(exchange: dict[str, Any]) -> None:
     """Take out of an exchange what comes of runs in the background, and what there was not in 0.2.
 
-    Those are scores and how often advice is about them, how many examples are decided otherwise in a test, and which
-    targets of exports take single precision.
+    Those are scores and how often advice is about them, how many examples are decided otherwise in a test, which
+    targets of exports take single precision, and what the place offers in which the studio runs.
     """
     for answer in exchange["hear"]:
+        for key in PLACE:
+            answer.pop(key, None)
         if "exports" in answer:
             answer["exports"] = [
                 each if isinstance(each, str) else each["name"] for each in answer["exports"]
@@ -96,8 +100,8 @@ def take_new(exchange: dict[str, Any]) -> None:
     These are: whether a lesson is taught live, worlds and libraries to choose from, targets of exports, whether control
     can be taken, numbers that tell a sentence from the same one said again, how the world is drawn, what a check finds,
     failing worlds, the properties of the library's file, the recordings that examples were made from, what
-    changed, the score in new worlds, how often advice is about what went wrong there, and how many examples are decided
-    otherwise.
+    changed, the score in new worlds, how often advice is about what went wrong there, how many examples are decided
+    otherwise, and what the place offers in which the studio runs.
     """
     if exchange.get("say") is not None:
         exchange["say"] = exchange["say"].replace(' "live": false,', "")
@@ -118,6 +122,7 @@ def take_new(exchange: dict[str, Any]) -> None:
             "findings",
             "failures",
             "properties",
+            *PLACE,
         ):
             answer.pop(key, None)
 

@@ -3,7 +3,7 @@
 import { useRef, useState } from "preact/hooks";
 import { Button } from "../button";
 import { useStudio } from "../context";
-import { exportQuery, fileName, needsRobot, targetName, type ExportRequest } from "../export";
+import { exportQuery, fileName, needsRobot, saveFile, targetName, type ExportRequest } from "../export";
 import { Field, Form, Option, Select } from "../fields";
 import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
@@ -88,25 +88,23 @@ export function ExportForm({ trained }: { trained: TrainedBehavior }) {
 
 /** Request the zip file and offer it as a download; show what the export lacks, or why it failed. */
 async function download(studio: Studio, wanted: ExportRequest, robot: File | null): Promise<void> {
-  const address = studio.address(PATH);
-  for (const [key, value] of exportQuery(wanted)) address.searchParams.append(key, value);
   const content = await robot?.text().catch(() => null);
   if (content === null) {
     studio.say({ text: `${robot?.name} has changed or is gone: choose it again.`, tone: "error" });
     return;
   }
   try {
-    const answer = await fetch(address, { method: "POST", body: content ?? null });
+    const answer = await studio.fetch(PATH, {
+      query: exportQuery(wanted),
+      content: content ?? null,
+      sends: true,
+    });
     if (!answer.ok) {
       const { error } = (await answer.json()) as { error: string };
       studio.say({ text: error, tone: "error" });
       return;
     }
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(await answer.blob());
-    link.download = fileName(answer.headers.get("Content-Disposition"), PATH);
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60_000); // some browsers read it later
+    saveFile(await answer.blob(), fileName(answer.headers.get("Content-Disposition"), PATH));
     studio.say({ text: decodeURIComponent(answer.headers.get(MESSAGE_HEADER) ?? ""), tone: "recorded" });
   } catch {
     studio.say({ text: "The export did not arrive: the studio does not answer.", tone: "error" });

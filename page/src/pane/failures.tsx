@@ -16,7 +16,12 @@ const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, st
 export function FailuresPart() {
   const studio = useStudio();
   const failures = studio.status?.failures ?? null;
-  if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
+  if (
+    !studio.offers.includes("runs") ||
+    failures === null ||
+    failures.worlds.length + failures.problems.length === 0
+  )
+    return null;
   const { worlds, problems, running } = failures;
   return (
     <section class="card outcomes failures" aria-label="Failing worlds">

@@ -59,7 +59,7 @@ export function LibraryTab() {
       <Places />
       <h3>As a file</h3>
       <LibraryTransfer />
-      <p class="tiny folder">in the folder {folder}</p>
+      {studio.storageNote === "" && <p class="tiny folder">in the folder {folder}</p>}
     </>
   );
 }

@@ -4,6 +4,7 @@ import { useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { Prompt } from "../confirm";
 import { useStudio } from "../context";
+import { saveFile } from "../export";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
@@ -36,7 +37,7 @@ export function LibraryTransfer() {
       <p class="library-transfer">
         <Button
           disabled={status === null || status.library.trained.length === 0}
-          onClick={() => downloadLibrary(studio)}
+          onClick={() => void downloadLibrary(studio)}
         >
           Export library
         </Button>
@@ -56,6 +57,7 @@ export function LibraryTransfer() {
           }}
         />
       </p>
+      {studio.storageNote !== "" && <p class="tiny">{studio.storageNote}</p>}
       {conflict !== null && (
         <Prompt
           answers={{
@@ -73,19 +75,24 @@ export function LibraryTransfer() {
 }
 
 async function sendFile(studio: Studio, file: File, conflicts: ConflictRule): Promise<ImportAnswer> {
-  const address = studio.address(PATH);
-  address.searchParams.set("conflicts", conflicts);
   try {
-    const answer = await fetch(address, { method: "POST", body: file });
+    const answer = await studio.fetch(PATH, {
+      query: [["conflicts", conflicts]],
+      content: file,
+      sends: true,
+    });
     return (await answer.json()) as ImportAnswer;
   } catch {
     return { error: `${file.name} could not be sent: the studio does not answer, or the file is gone.` };
   }
 }
 
-function downloadLibrary(studio: Studio): void {
-  const link = document.createElement("a");
-  link.href = studio.address(PATH).href;
-  link.download = PATH;
-  link.click();
+async function downloadLibrary(studio: Studio): Promise<void> {
+  try {
+    const answer = await studio.fetch(PATH);
+    if (answer.ok) saveFile(await answer.blob(), PATH);
+    else studio.say({ text: ((await answer.json()) as ImportAnswer).error ?? "", tone: "error" });
+  } catch {
+    studio.say({ text: "The library did not arrive: the studio does not answer.", tone: "error" });
+  }
 }

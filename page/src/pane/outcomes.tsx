@@ -17,10 +17,11 @@ const WORLDS = 100;
 const FIRST = 6;
 
 export function Outcomes({ session }: { session: Session }) {
+  const studio = useStudio();
   return (
     <>
       <PropertyList session={session} />
-      <UnseenWorlds session={session} />
+      {studio.offers.includes("runs") && <UnseenWorlds session={session} />}
     </>
   );
 }

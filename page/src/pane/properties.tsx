@@ -21,7 +21,7 @@ export function PropertiesPart() {
   const studio = useStudio();
   const [changing, change] = useState<string | null>(null);
   const properties = studio.status?.properties ?? null;
-  if (properties === null) return null;
+  if (!studio.offers.includes("runs") || properties === null) return null;
   const { rows, problem, testing, finished, total } = properties;
   return (
     <section class="card outcomes properties" aria-label="Properties of the library">

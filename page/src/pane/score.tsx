@@ -11,7 +11,7 @@ export function ScoreLine() {
   const studio = useStudio();
   const panel = usePanel();
   const { session } = studio;
-  if (session === null || panel.form !== null) return null;
+  if (!studio.offers.includes("runs") || session === null || panel.form !== null) return null;
   if (session.score.text === "") return <LineWithoutScore />;
   const { text, trend, enabled, running, goal, worse_since } = session.score;
   const fell = trend === "falling";

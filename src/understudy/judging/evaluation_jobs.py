@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import Future, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor, Future, as_completed
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from itertools import pairwise
-from multiprocessing.reduction import ForkingPickler
 from time import perf_counter, thread_time
 from typing import Any, Protocol
 
@@ -223,7 +221,7 @@ def _describe(error: Exception, seeds: Sequence[int]) -> str:
     if isinstance(error, EvaluationFailed):
         return error.problem
     which = f"the job of seeds {seeds[0]} to {seeds[-1]} failed"
-    if isinstance(error, BrokenProcessPool):
+    if _is_process_gone(error):
         return (
             f"{which}: its process ended; a program that starts processes runs its main part under "
             'if __name__ == "__main__":'
@@ -232,8 +230,18 @@ def _describe(error: Exception, seeds: Sequence[int]) -> str:
     return f"{which}: {problem}"
 
 
+def _is_process_gone(error: Exception) -> bool:
+    if not isinstance(error, BrokenExecutor):
+        return False
+    from concurrent.futures.process import BrokenProcessPool  # not everywhere are there processes
+
+    return isinstance(error, BrokenProcessPool)
+
+
 def check_pickling(task: EvaluationTask) -> None:
     """Refuse, with SettingError, a function or library that cannot be sent to another process."""
+    from multiprocessing.reduction import ForkingPickler  # not everywhere are there processes
+
     parts: dict[str, Any] = {"library": task.libraries}
     if not isinstance(task.world, Scenario):
         parts["world"] = task.world

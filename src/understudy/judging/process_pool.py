@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from contextlib import closing, contextmanager
 from itertools import chain, islice
-from multiprocessing import get_context, parent_process
 from threading import Thread
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
 
 Result = TypeVar("Result")
 
@@ -122,6 +124,9 @@ def _submit(pool: ProcessPoolExecutor, call: Callable[[], Result]) -> Future[Res
 @contextmanager
 def open_process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     """Yield a pool of single-threaded processes; on an error, they are ended, and what has not started is cancelled."""
+    from concurrent.futures import ProcessPoolExecutor  # not everywhere are there processes
+    from multiprocessing import get_context
+
     alone = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with _environment(alone):
         pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin_worker)
@@ -145,6 +150,8 @@ def _begin_worker() -> None:
 
 def _end_with_parent() -> None:
     """End this process when its parent has ended, even if that was killed: nothing else would tell."""
+    from multiprocessing import parent_process
+
     parent = parent_process()
     if parent is not None:
         parent.join()

@@ -266,6 +266,12 @@ def hash_content(content: bytes) -> str:
 SLOWEST_CHECK_S = 60.0
 
 
+def check_documents(documents: Sequence[tuple[str, bytes]]) -> None:
+    """Parse documents, each after its name; raise FileError for the first that is invalid."""
+    for name, data in documents:
+        parse_document(data, path=name)
+
+
 def check_apart(documents: Sequence[tuple[str, bytes]]) -> None:
     """Parse documents, each after its name, in a separate process; raise FileError for the first that is invalid.
 
@@ -302,8 +308,7 @@ def _check_input() -> None:
     """Parse documents from standard input, in the separate process, and write the first error to standard output."""
     wrong = None
     try:
-        for name, data in msgspec.msgpack.decode(sys.stdin.buffer.read(), type=list[tuple[str, bytes]]):
-            parse_document(data, path=name)
+        check_documents(msgspec.msgpack.decode(sys.stdin.buffer.read(), type=list[tuple[str, bytes]]))
     except FileError as error:
         wrong = _Wrong(str(error.path), error.place, error.problem, error.remedy)
     sys.stdout.buffer.write(msgspec.json.encode(wrong))

@@ -12,6 +12,7 @@ from typing import Any
 from starlette.websockets import WebSocketState
 
 from understudy.ui.web.server import StudioServer
+from understudy.ui.web.sockets import serve_studio
 
 LONGEST_S = 60.0
 """How long a test may take, which fails if a page is never answered."""
@@ -110,7 +111,7 @@ async def connect_pages(server: StudioServer, *pages: SimulatedPage) -> AsyncIte
     tasks = [asyncio.ensure_future(server.run())]
     for each in pages:
         socket: Any = each.socket
-        tasks.append(asyncio.ensure_future(server.serve(socket)))
+        tasks.append(asyncio.ensure_future(serve_studio(server, socket)))
         await Turn()
     try:
         yield

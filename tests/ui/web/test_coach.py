@@ -199,7 +199,7 @@ def test_a_large_lesson_is_looked_over_beside_the_world(
         assert "advice" not in answer
     step(person)
     go.set()
-    server.host.executor.submit(lambda: None).result(60)
+    server.host.beside.in_turn.submit(lambda: None).result(60)
     assert person.done("request_advice")["advice"]
 
 

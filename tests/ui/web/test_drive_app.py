@@ -17,8 +17,9 @@ from understudy.ui.cli.commands.studio_drive import make_drive_server
 from understudy.ui.cli.studio_options import DrivingOptions
 from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web.drive_app import make_drive_app
-from understudy.ui.web.drive_server import TAKEN, DriveServer
+from understudy.ui.web.drive_server import DriveServer
 from understudy.ui.web.frames import HEADER, ROBOT
+from understudy.ui.web.sockets import TAKEN
 
 HERE = "http://127.0.0.1"
 FRAME_S = 1 / 60

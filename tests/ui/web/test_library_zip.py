@@ -196,10 +196,10 @@ def test_an_upload_holds_up_nobody_while_it_is_read(rig: Rig, monkeypatch: pytes
     begun, answered = Event(), Event()
     unzip = library_zip.unzip_library
 
-    def wait_and_unzip(data: bytes, kit: Kit) -> Library:
+    def wait_and_unzip(data: bytes, kit: Kit, check: library_zip.Check) -> Library:
         begun.set()
         assert answered.wait(60)
-        return unzip(data, kit)
+        return unzip(data, kit, check)
 
     monkeypatch.setattr(library_zip, "unzip_library", wait_and_unzip)
     parcel, given = rig.out(), list[tuple[int, dict[str, Any]]]()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from typing import Any, ClassVar
@@ -22,7 +23,7 @@ from understudy.records.recorder import RunRecorder
 from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode
-from understudy.ui.web import background
+from understudy.ui.controller.beside import make_threads
 from understudy.ui.web.clients import PER_SECOND, Client
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
@@ -46,7 +47,6 @@ class NotedExecutor(ThreadPoolExecutor):
 @pytest.fixture(autouse=True)
 def note_slow_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """The work of slow actions is noted."""
-    monkeypatch.setattr(background, "ThreadPoolExecutor", NotedExecutor)
     monkeypatch.setattr(NotedExecutor, "begun", [])
 
 
@@ -71,7 +71,12 @@ class Lab:
         self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
         twin = self.rig.twin
         host = SessionHost(
-            twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, ground=twin
+            twin.scenario,
+            folder,
+            make_scenario_kit(twin.scenario),
+            wall=self.wall,
+            ground=twin,
+            beside=replace(make_threads(), at_once=NotedExecutor()),
         )
         self.studio = StudioServer(host, wall=self.wall)
         self.page = self.studio.connect(None)

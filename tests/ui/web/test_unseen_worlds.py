@@ -16,6 +16,7 @@ from understudy.judging.evaluate import evaluate
 from understudy.judging.evaluation import Evaluation
 from understudy.judging.intervals import interval_of_share
 from understudy.judging.rollout import Progress
+from understudy.ui.controller.beside import make_threads
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views import lesson_test
@@ -297,7 +298,7 @@ def test_an_evaluation_that_is_cancelled_tells_nothing() -> None:
         finally:
             over.set()
 
-    running = UnseenWorldsEvaluation("goto", 1, {}, worlds=2, evaluate=run)
+    running = UnseenWorldsEvaluation("goto", 1, {}, worlds=2, evaluate=run, beside=make_threads())
     assert began.wait(60)
     running.cancel()
     assert over.wait(60)

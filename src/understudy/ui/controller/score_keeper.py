@@ -1,4 +1,4 @@
-"""The score of the automaton in training, taken after each press in new worlds, in a thread of its own."""
+"""The score of the automaton in training, taken after each press in new worlds, beside the world."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import replace
 from functools import partial
-from threading import RLock, Thread
+from threading import RLock
 from time import sleep
 
 from understudy.addons.checks.falsification.lesson_score import (
@@ -26,6 +26,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property
 from understudy.training.session import Session
+from understudy.ui.controller.beside import NO_RUNS, Begin, Beside, begin_in_thread
 from understudy.ui.controller.status import describe_error
 
 WORLDS = 100
@@ -40,14 +41,6 @@ COMPARED_CHANCE = 0.7
 """The largest p-value of the range by which two versions are compared: of a press that lies beyond two others."""
 YIELD_S = 0.0002
 """The pause after each report of progress, s, in which the thread that advances the world gets the interpreter."""
-
-Begin = Callable[[Callable[[], None]], None]
-"""A function that begins some work, which may go on in another thread."""
-
-
-def begin_in_thread(work: Callable[[], None]) -> None:
-    """Begin some work in a thread of its own."""
-    Thread(target=work, name="lesson score", daemon=True).start()
 
 
 class LessonScoreKeeper:
@@ -71,7 +64,8 @@ class LessonScoreKeeper:
         worlds: int = WORLDS,
     ) -> None:
         self._session, self._worlds = session, worlds
-        self._begin = begin_in_thread if begin is None else begin
+        self.begin = begin_in_thread if begin is None else begin
+        self._can_begin = True
         self._seed, self._lock = FIRST_SEED, RLock()
         self._scored: TrainedAutomaton | None = None
         self._waiting: Callable[[], None] | None = None
@@ -90,6 +84,8 @@ class LessonScoreKeeper:
         setup = SessionSetup.from_session(self._session)
         if setup is None:
             return "not measured: there are no other worlds to run it in"
+        if not self._can_begin:
+            return f"not measured: {NO_RUNS}"
         if not self.enabled:
             return "not measured: turned off"
         if (os.cpu_count() or 1) < 2:
@@ -97,6 +93,11 @@ class LessonScoreKeeper:
         if not self.goal:
             return "not measured: choose what success means"
         return ""
+
+    def run_beside(self, beside: Beside) -> None:
+        """Let runs begin where the other work of the session is done; there is no score where the world would wait."""
+        self._can_begin = beside.begin is not None
+        self.begin = beside.begin or self.begin
 
     @property
     def goal(self) -> str:
@@ -159,7 +160,7 @@ class LessonScoreKeeper:
             self._waiting = partial(self._score, self._present, setup, bindings)
             begins, self.is_running = not self.is_running, True
         if begins:
-            self._begin(self._run)
+            self.begin(self._run)
 
     def _forget_outdated(self) -> None:
         """Forget a score if nothing is to be scored or success has another meaning, and the fall by an undone press."""

@@ -14,9 +14,8 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from understudy.errors import SettingError, UnderstudyError
-from understudy.storage.json_text import encode_json
-from understudy.ui.controller.status import describe_error
+from understudy.errors import SettingError
+from understudy.ui.web.file_requests import FRESH, FileReply, FileRequest, RequestRefused, answer_safely
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 PORT = 8437
@@ -112,17 +111,9 @@ def find_connection_problem(
     return None
 
 
-class RequestRefused(Exception):
-    """A request that is answered with a status of HTTP, a sentence, and more about it."""
-
-    def __init__(self, status: int, problem: str, **more: object) -> None:
-        self.status, self.more = status, more
-        super().__init__(problem)
-
-
 def make_guarded_route(
     path: str,
-    serve: Callable[[Request], Awaitable[Response]],
+    serve: Callable[[FileRequest], Awaitable[FileReply]],
     find_problem: Callable[[HTTPConnection], str | None],
     *,
     methods: Sequence[str] = ("GET",),
@@ -132,33 +123,16 @@ def make_guarded_route(
     `find_problem` returns why a caller may not connect, or None.
     """
 
-    async def guarded(request: Request) -> Response:
-        try:
+    async def answer(request: Request) -> Response:
+        async def guarded() -> FileReply:
             problem = find_problem(request)
             if problem is not None:
                 raise RequestRefused(403, problem)
-            return await serve(request)
-        except RequestRefused as error:
-            return answer_json({"error": str(error), **error.more}, error.status)
-        except Exception as error:
-            return answer_json(
-                {"error": describe_error(error)}, 400 if isinstance(error, UnderstudyError) else 500
-            )
+            sends = request.method == "POST"
+            return await serve(FileRequest(sends, request.query_params.multi_items(), request.stream()))
 
-    return Route(path, guarded, methods=list(methods))
+        reply = await answer_safely(guarded)
+        headers = FRESH | dict(reply.headers)
+        return Response(reply.content, status_code=reply.status, media_type=reply.media_type, headers=headers)
 
-
-def answer_json(data: object, status: int = 200) -> Response:
-    """Answer with a value of the domain."""
-    headers = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
-    return Response(encode_json(data), status_code=status, media_type="application/json", headers=headers)
-
-
-async def read_body(request: Request, most: int, problem: str, *, status: int = 413) -> bytes:
-    """Read the body of a request; RequestRefused with this problem if it has more bytes than `most`."""
-    content = bytearray()
-    async for chunk in request.stream():
-        content += chunk
-        if len(content) > most:
-            raise RequestRefused(status, problem)
-    return bytes(content)
+    return Route(path, answer, methods=list(methods))

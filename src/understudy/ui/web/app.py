@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import uvicorn
@@ -15,11 +16,11 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
-from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem
-from understudy.ui.web.actions.camera import make_camera_route
-from understudy.ui.web.export_zip import make_export_route
-from understudy.ui.web.library_zip import make_library_route
+from understudy.ui.web import export_zip, library_zip
+from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, make_guarded_route
+from understudy.ui.web.camera_route import make_camera_route
 from understudy.ui.web.server import StudioServer
+from understudy.ui.web.sockets import serve_studio
 
 STATIC = Path(__file__).parent / "static"
 NOT_BUILT = "The studio's page is not built: run make page, then load this again.\n"
@@ -56,15 +57,20 @@ def make_app(
         if problem is not None:
             await websocket.close(REFUSED, problem)
             return
-        await studio.serve(websocket)
+        await serve_studio(studio, websocket)
 
     def refusal(request: HTTPConnection) -> str | None:
         return find_connection_problem(request, token, hosts)
 
-    posts = [make_library_route(studio, refusal), make_export_route(studio.host, refusal)]
+    library = make_guarded_route(
+        library_zip.PATH, partial(library_zip.transfer_library, studio), refusal, methods=["GET", "POST"]
+    )
+    export = make_guarded_route(
+        export_zip.PATH, partial(export_zip.export_as_zip, studio.host), refusal, methods=["POST"]
+    )
     camera = make_camera_route(studio.host, refusal)
     page = make_page_route(static, "index.html")
-    routes = [page, WebSocketRoute("/ws", socket), *posts, camera, make_file_mount(static)]
+    routes = [page, WebSocketRoute("/ws", socket), library, export, camera, make_file_mount(static)]
     return Starlette(routes=routes, lifespan=run_clockwork(studio.run))
 
 

@@ -1,4 +1,4 @@
-"""Work beside the world on the page, in other threads: runs that take long, and actions longer than a tick.
+"""Work beside the world on the page: runs that take long, and actions longer than a tick.
 
 A run reports how far it is, and can be cancelled. What it was run with is compared with the lesson in training.
 """
@@ -6,9 +6,9 @@ A run reports how far it is, and can be cancelled. What it was run with is compa
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future
 from dataclasses import dataclass
-from threading import Thread
+from functools import partial
 from time import sleep
 from typing import Generic, TypeVar
 
@@ -16,6 +16,7 @@ from understudy.clock import REAL_TIME
 from understudy.judging.rollout import Progress
 from understudy.learning.training_set import identify_teaching
 from understudy.model.lesson import Lesson
+from understudy.ui.controller.beside import Beside
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.clients import Client
@@ -26,8 +27,6 @@ YIELD_S = 0.0002
 
 Without it, the thread that advances the world on the page would wait 5 ms for the interpreter each time.
 """
-MOST = 32
-"""The number of actions that are done at the same time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +38,7 @@ class SlowAction:
     status
         What the studio says while it lasts.
     work
-        What is done in another thread.
+        What is done beside the world, such as in another thread.
     finish
         What is done in the thread of the ticks when `work` has succeeded; it returns what the studio then says.
     """
@@ -59,7 +58,7 @@ class BegunAction:
     number: int | None
 
     def finish(self) -> StatusMessage:
-        """Finish the action, and return what the studio says; raise what it raised in its thread."""
+        """Finish the action, and return what the studio says; raise what `work` raised."""
         self.work.result()
         return self.action.finish()
 
@@ -67,25 +66,27 @@ class BegunAction:
 class SlowActions:
     """The slow actions that are under way."""
 
-    def __init__(self) -> None:
-        self._threads = ThreadPoolExecutor(MOST, thread_name_prefix="action")
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
         self._begun: list[BegunAction] = []
 
     def begin(self, action: SlowAction, viewer: Client, number: int | None) -> None:
-        """Begin an action in another thread, for a page's message of this number."""
-        self._begun.append(BegunAction(action, self._threads.submit(action.work), viewer, number))
+        """Begin an action beside the world, for a page's message of this number."""
+        self._begun.append(BegunAction(action, self._executor.submit(action.work), viewer, number))
 
     def take_done(self) -> list[BegunAction]:
-        """Remove and return the actions whose threads have done their work."""
+        """Remove and return the actions whose work is done."""
         done = [each for each in self._begun if each.work.done()]
         self._begun = [each for each in self._begun if each not in done]
         return done
 
 
 class BackgroundRun(Generic[T]):
-    """A run in a thread of its own, which reports how far it is, and can be cancelled."""
+    """A run beside the world, which reports how far it is, and can be cancelled."""
 
-    def __init__(self, run: Callable[[Progress], T], wall: Callable[[], float] = REAL_TIME) -> None:
+    def __init__(
+        self, run: Callable[[Progress], T], beside: Beside, wall: Callable[[], float] = REAL_TIME
+    ) -> None:
         self.result: T | None = None
         """Its result; None until it has ended, if an error ended it, and if it was cancelled."""
         self.problem = ""
@@ -95,7 +96,7 @@ class BackgroundRun(Generic[T]):
         self.seconds = 0.0
         """How long it took, s, by the clock `wall`; known at its end."""
         self._wall, self._cancelled = wall, False
-        Thread(target=self._run, args=(run,), daemon=True).start()
+        beside.begin_run(partial(self._run, run))
 
     @property
     def is_running(self) -> bool:

@@ -1,16 +1,12 @@
-"""The pages connected to a server: their queues of messages, the exchange, and which of them is in control."""
+"""The pages connected to a server: their queues of messages, and which of them is in control."""
 
 from __future__ import annotations
 
-import asyncio
 from asyncio import Event
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine, Iterator
-from contextlib import suppress
+from collections.abc import Awaitable, Callable, Iterator
 from secrets import token_urlsafe
 from typing import TypeAlias
-
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy.errors import SessionError
 
@@ -97,10 +93,10 @@ class Client:
 
 
 class Clients:
-    """All connected pages; at most one of them (`director`) is in control."""
+    """All connected pages; at most one of them (`director`) is in control, and none if `closed` says why."""
 
-    def __init__(self, wall: Callable[[], float]) -> None:
-        self._wall = wall
+    def __init__(self, wall: Callable[[], float], closed: str = "") -> None:
+        self._wall, self.closed = wall, closed
         self._here: dict[Client, None] = {}
         self._keys: dict[str, None] = {}
         self.director: Client | None = None
@@ -124,7 +120,7 @@ class Clients:
         self._here[viewer] = self._keys[key] = None
         while len(self._keys) > MOST_KEYS:
             del self._keys[next(iter(self._keys))]
-        if former is None or returned:
+        if (former is None or returned) and not self.closed:
             self.director = viewer
         if former is not None and returned:
             former.close()
@@ -141,10 +137,14 @@ class Clients:
     @property
     def can_be_taken(self) -> bool:
         """Whether a page that asks for control gets it now."""
+        if self.closed:
+            return False
         return self.director is None or self._wall() - self.director.spoke_s >= SILENT_S
 
     def take_control(self, viewer: Client) -> None:
         """Give a page control; SessionError if another page has it and was not silent for long enough."""
+        if self.closed:
+            raise SessionError(self.closed)
         if self.director is not None and self.director is not viewer and not self.can_be_taken:
             silent_s = self._wall() - self.director.spoke_s
             raise SessionError(
@@ -160,51 +160,14 @@ class Clients:
 
     def refuse_others(self, viewer: Client) -> None:
         """Raise SessionError unless a page is in control."""
+        if self.closed:
+            raise SessionError(self.closed)
         if viewer is not self.director:
             raise SessionError(
                 "this page is not in control: take over first"
                 if self.director is None
                 else "this page is not in control: another page is"
             )
-
-
-async def exchange_messages(
-    client: Client,
-    websocket: WebSocket,
-    hearing: Coroutine[None, None, None],
-    *,
-    leave: Callable[[], None],
-) -> None:
-    """Send a page what is queued for it while its messages are heard, until either ends; then call `leave`."""
-    tasks = [asyncio.create_task(send_queued(client, websocket)), asyncio.create_task(hearing)]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        leave()
-        for task in tasks:
-            task.cancel()
-            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                await task
-
-
-async def close_socket(websocket: WebSocket, code: int = 1000) -> None:
-    """Close the connection of a page, if it is still there."""
-    if websocket.application_state is WebSocketState.CONNECTED:
-        with suppress(RuntimeError, WebSocketDisconnect, OSError):
-            await websocket.close(code)
-
-
-async def send_queued(viewer: Client, websocket: WebSocket) -> None:
-    """Send a page what is queued for it, until it is closed."""
-    while not viewer.closing:
-        await viewer.waits.wait()
-        viewer.waits.clear()
-        while (waiting := viewer.next()) is not None:
-            sent, binary = waiting
-            if binary:
-                await websocket.send_bytes(sent)
-            else:
-                await websocket.send_text(sent.decode())
 
 
 async def repeat_each_frame(step: Callable[[], None], *, clock: Callable[[], float], wait: Wait) -> None:

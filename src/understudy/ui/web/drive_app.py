@@ -21,6 +21,7 @@ from understudy.ui.web.app import (
 )
 from understudy.ui.web.drive_server import DriveServer
 from understudy.ui.web.recording_app import make_review_routes
+from understudy.ui.web.sockets import serve_driver
 
 DRIVE_PATH = "/drive"
 
@@ -60,7 +61,7 @@ def make_drive_app(
         if problem is not None:
             await websocket.close(REFUSED, problem)
             return
-        await server.serve(websocket)
+        await serve_driver(server, websocket)
 
     routes = [
         make_page_route(static, "driving.html"),

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 from msgspec import field
-from starlette.websockets import WebSocket
 
 from understudy.clock import REAL_TIME
 from understudy.errors import UnderstudyError
@@ -21,7 +20,7 @@ from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.status import describe_error
 from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web import frames
-from understudy.ui.web.clients import Client, Wait, close_socket, exchange_messages, repeat_each_frame
+from understudy.ui.web.clients import Client, Wait, repeat_each_frame
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.drive import (
     AnyDriveRequest,
@@ -33,8 +32,6 @@ from understudy.ui.web.messages.drive import (
 from understudy.ui.web.server import PICTURE_S, SceneNewsData
 from understudy.ui.web.views.scene import FeatureData, describe_scene
 
-TAKEN = 4409
-"""The code with which the connection of a page is closed when another page drives."""
 _read = msgspec.json.Decoder(AnyDriveRequest).decode
 
 
@@ -93,15 +90,6 @@ class DriveServer:
         scans = list_range_scans(world.scenario.types[kind]) if not isinstance(world, BodyWorld) else ()
         self._beams = [(arc.reading, None) for scan in scans for arc in scan.arcs]
 
-    async def serve(self, websocket: WebSocket) -> None:
-        """Exchange messages with a page until it disconnects, or until another page comes."""
-        page = self.connect()
-        hearing = self._hear_all(page, websocket)
-        try:
-            await exchange_messages(page, websocket, hearing, leave=lambda: self.disconnect(page))
-        finally:
-            await close_socket(websocket, TAKEN if self._page is not None else 1000)
-
     def connect(self) -> Client:
         """Let a page drive from here on, in place of the former one, and return its client."""
         if self._page is not None:
@@ -119,14 +107,15 @@ class DriveServer:
             self._page = None
             self.live.pause()
 
-    async def _hear_all(self, page: Client, websocket: WebSocket) -> None:
-        while not page.closing:
-            received = await websocket.receive()
-            if received["type"] == "websocket.disconnect":
-                return
-            if page.allow_message() and page is self._page:
-                self.handle_text(received.get("text") or "")
-            await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
+    @property
+    def is_driven(self) -> bool:
+        """Whether any page drives."""
+        return self._page is not None
+
+    def hear(self, page: Client, text: str | bytes) -> None:
+        """Carry out a message of a page if it is the one that drives, and sends no more than it may."""
+        if page.allow_message() and page is self._page:
+            self.handle_text("" if isinstance(text, bytes) else text)
 
     def handle_text(self, text: str) -> None:
         """Carry out a message of the page; what is wrong with it is shown."""

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from asyncio import wrap_future
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from urllib.parse import quote
 from zipfile import ZIP_DEFLATED, ZipFile
-
-from starlette.concurrency import run_in_threadpool
-from starlette.requests import HTTPConnection, Request
-from starlette.responses import Response
-from starlette.routing import Route
 
 from understudy.addons.export.body_interface import (
     BodyInterface,
@@ -28,7 +24,7 @@ from understudy.addons.robots.robot_file import parse_robot
 from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import SessionError, SettingError
 from understudy.model.library import Library
-from understudy.ui.web.access import make_guarded_route, read_body
+from understudy.ui.web.file_requests import FileReply, FileRequest
 from understudy.ui.web.session_host import SessionHost
 
 PATH = "/export.zip"
@@ -50,41 +46,33 @@ class ExportOrder:
     robot_file: str | None
 
 
-def make_export_route(host: SessionHost, refusal: Callable[[HTTPConnection], str | None]) -> Route:
-    """Return the route that exports an automaton; `refusal` returns why a connection is refused, or None.
+async def export_as_zip(host: SessionHost, request: FileRequest) -> FileReply:
+    """Export an automaton as a request orders it.
 
-    The query has `name`, `to`, `bind` (PARAMETER=TARGET, several times) and `single`; the body is a robot's file.
+    The query has `name`, `to`, `bind` (PARAMETER=TARGET, several times) and `single`; the content is a robot's file.
     """
-
-    async def serve(request: Request) -> Response:
-        order = await _read_order(request)
-        library = host.library_view.library
-        host.library_view.find_automaton(order.name)
-        body = _describe_body(host, library, order)
-        content, sentence = await run_in_threadpool(zip_export, library, order, body)
-        headers = {
-            "Cache-Control": "no-store",
-            "Content-Disposition": f'attachment; filename="{_find_stem(order)}.zip"',
-            "X-Content-Type-Options": "nosniff",
-            MESSAGE_HEADER: quote(sentence),
-        }
-        return Response(content, media_type="application/zip", headers=headers)
-
-    return make_guarded_route(PATH, serve, refusal, methods=["POST"])
+    order = await _read_order(request)
+    library = host.library_view.library
+    host.library_view.find_automaton(order.name)
+    body = _describe_body(host, library, order)
+    content, sentence = await wrap_future(host.beside.at_once.submit(zip_export, library, order, body))
+    headers = {
+        "Content-Disposition": f'attachment; filename="{_find_stem(order)}.zip"',
+        MESSAGE_HEADER: quote(sentence),
+    }
+    return FileReply(content, "application/zip", headers=headers)
 
 
-async def _read_order(request: Request) -> ExportOrder:
-    query = request.query_params
-    binding = dict(pair.partition("=")[::2] for pair in query.getlist("bind"))
+async def _read_order(request: FileRequest) -> ExportOrder:
+    binding = dict(value.partition("=")[::2] for name, value in request.query if name == "bind")
     problem = f"{UPLOADED} is larger than {MOST_ROBOT_FILE // 1024} kB: give that of one robot"
-    content = await read_body(request, MOST_ROBOT_FILE, problem, status=400)
+    content = await request.read(MOST_ROBOT_FILE, problem, status=400)
     try:
         robot_file = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise SessionError(f"{UPLOADED} is not text in UTF-8: give a TOML file") from None
-    return ExportOrder(
-        query.get("name", ""), query.get("to", ""), binding, query.get("single") == "1", robot_file or None
-    )
+    single = request.find("single") == "1"
+    return ExportOrder(request.find("name"), request.find("to"), binding, single, robot_file or None)
 
 
 def _describe_body(host: SessionHost, library: Library, order: ExportOrder) -> BodyInterface | RobotInterface:

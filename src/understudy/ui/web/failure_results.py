@@ -13,6 +13,7 @@ from understudy.addons.checks.falsification.failing_world import (
 )
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.sim.scenario.schema import Scenario
+from understudy.ui.controller.beside import Beside
 from understudy.ui.controller.failing_worlds import (
     LibrarySource,
     RerunResults,
@@ -68,8 +69,8 @@ class FailuresData(Data, frozen=True, kw_only=True):
 class FailingWorldList:
     """The failing worlds of a folder, and the results of running them again; None as `folder`: there are none."""
 
-    def __init__(self, folder: Path | None, wall: Callable[[], float]) -> None:
-        self.folder, self._wall = folder, wall
+    def __init__(self, folder: Path | None, wall: Callable[[], float], beside: Beside) -> None:
+        self.folder, self._wall, self._beside = folder, wall, beside
         self.before: tuple[Scenario, int] | None = None  # the world before the failing one, and its seed
         self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
         self.result: RerunResults | None = None
@@ -115,7 +116,7 @@ class FailingWorldList:
         self.cancel()
         self._lesson.note_run(trainer)
         work = partial(rerun_all, self.worlds, library, make_draft(trainer))
-        self._running = BackgroundRun(lambda report: work(progress=report), self._wall)
+        self._running = BackgroundRun(lambda report: work(progress=report), self._beside, self._wall)
 
     def is_stale(self, trainer: Trainer | None) -> bool:
         """Return whether the lesson changed since the runs began."""

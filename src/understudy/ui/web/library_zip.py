@@ -5,7 +5,8 @@ Limits apply to the actual content of a zip, whatever its headers claim. Nothing
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from asyncio import wrap_future
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 from secrets import compare_digest
@@ -13,19 +14,20 @@ from typing import Literal, TypeAlias, get_args
 from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile, ZipInfo
 from zlib import error as ZlibError
 
-from starlette.concurrency import run_in_threadpool
-from starlette.requests import HTTPConnection, Request
-from starlette.responses import Response
-from starlette.routing import Route
-
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.atomic_write import convert_os_errors
-from understudy.storage.document import check_apart, decode_document, encode_document, parse_document
+from understudy.storage.document import (
+    check_apart,
+    check_documents,
+    decode_document,
+    encode_document,
+    parse_document,
+)
 from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
 from understudy.ui.controller.status import StatusMessage
-from understudy.ui.web.access import RequestRefused, answer_json, make_guarded_route, read_body
+from understudy.ui.web.file_requests import FileReply, FileRequest, RequestRefused, answer_json
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.library import LibraryView
@@ -41,11 +43,7 @@ UNCHANGED = "nothing was changed"
 _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, ValueError, ZlibError)
 """What reading a zip raises where it is cut, broken, encrypted or packed in another way."""
 PATH = "/library.zip"
-HEADERS = {
-    "Cache-Control": "no-store",
-    "Content-Disposition": 'attachment; filename="library.zip"',
-    "X-Content-Type-Options": "nosniff",
-}
+HEADERS = {"Content-Disposition": 'attachment; filename="library.zip"'}
 
 
 def zip_library(folder: Path) -> bytes:
@@ -58,7 +56,11 @@ def zip_library(folder: Path) -> bytes:
     return buffer.getvalue()
 
 
-def unzip_library(data: bytes, kit: Kit) -> Library:
+Check = Callable[[Sequence[tuple[str, bytes]]], None]
+"""A function that raises FileError for the first invalid document of some, each after its name."""
+
+
+def unzip_library(data: bytes, kit: Kit, check: Check = check_apart) -> Library:
     """Return the automata in a zip; FileError for the first file in it that is no document of this kit."""
     library = Library(kit)
     left = MOST_UNPACKED
@@ -77,7 +79,7 @@ def unzip_library(data: bytes, kit: Kit) -> Library:
         problem = f"it cannot be read as a zip: {str(error) or type(error).__name__}"
         raise _wrong("the zip", problem, "give one that is whole and not encrypted") from error
     try:
-        check_apart([(f"{file} in the zip", content) for file, content in contents])
+        check([(f"{file} in the zip", content) for file, content in contents])
     except FileError as error:
         raise FileError(
             path=error.path, place=error.place, problem=error.problem, remedy=f"{error.remedy}; {UNCHANGED}"
@@ -144,38 +146,42 @@ class NameTaken(SessionError, json_type="AlreadyThere"):
         super().__init__(f"the library already has a different {', '.join(names)}: replace it, or leave it")
 
 
-def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection], str | None]) -> Route:
-    """Return the route that exports and imports the library; `refusal` returns why a connection is refused, or None."""
+async def transfer_library(studio: StudioServer, request: FileRequest) -> FileReply:
+    """Export the library, or import the zip that a request sends.
 
-    def refuse_others(request: Request) -> None:
-        director, key = studio.viewers.director, request.query_params.get("key", "")
-        if director is None or not compare_digest(director.key.encode(), key.encode()):
-            problem = "this page is not in control: only the page in control may import a library"
-            raise RequestRefused(403, problem)
+    The query has `key`, that of the page in control, and `conflicts`: how to treat automata that are there already.
+    """
+    if request.sends:
+        return await _import_zip(studio, request)
+    folder = studio.host.library_view.folder
+    content = await wrap_future(studio.host.beside.at_once.submit(zip_library, folder))
+    return FileReply(content, "application/zip", headers=HEADERS)
 
-    async def serve(request: Request) -> Response:
-        if request.method == "POST":
-            return await take(request)
-        content = await run_in_threadpool(zip_library, studio.host.library_view.folder)
-        return Response(content, media_type="application/zip", headers=HEADERS)
 
-    async def take(request: Request) -> Response:
-        taken = request.query_params.get("conflicts", "refuse")
-        if taken not in get_args(Taken):
-            raise RequestRefused(400, f"taken is {taken[:20]!r}: give one of {', '.join(get_args(Taken))}")
-        refuse_others(request)
-        problem = f"the zip is larger than {MOST_PACKED // 2**20} MB: give several smaller ones"
-        content = await read_body(request, MOST_PACKED, problem)
-        library = await run_in_threadpool(unzip_library, content, studio.host.kit)
-        refuse_others(request)  # it took a while
-        try:
-            sentence = import_automata(studio.host, library, taken)
-        except NameTaken as error:
-            raise RequestRefused(409, str(error), conflicts=error.names) from None
-        studio.show()
-        return answer_json({"message": sentence})
+async def _import_zip(studio: StudioServer, request: FileRequest) -> FileReply:
+    taken = request.find("conflicts", "refuse")
+    if taken not in get_args(Taken):
+        raise RequestRefused(400, f"taken is {taken[:20]!r}: give one of {', '.join(get_args(Taken))}")
+    _refuse_others(studio, request)
+    problem = f"the zip is larger than {MOST_PACKED // 2**20} MB: give several smaller ones"
+    content = await request.read(MOST_PACKED, problem)
+    beside = studio.host.beside
+    check = check_apart if beside.has_processes else check_documents
+    library = await wrap_future(beside.at_once.submit(unzip_library, content, studio.host.kit, check))
+    _refuse_others(studio, request)  # it took a while
+    try:
+        sentence = import_automata(studio.host, library, taken)
+    except NameTaken as error:
+        raise RequestRefused(409, str(error), conflicts=error.names) from None
+    studio.show()
+    return answer_json({"message": sentence})
 
-    return make_guarded_route(PATH, serve, refusal, methods=["GET", "POST"])
+
+def _refuse_others(studio: StudioServer, request: FileRequest) -> None:
+    director = studio.viewers.director
+    if director is None or not compare_digest(director.key.encode(), request.find("key").encode()):
+        problem = "this page is not in control: only the page in control may import a library"
+        raise RequestRefused(403, problem)
 
 
 def import_automata(host: SessionHost, imported: Library, taken: str) -> str:

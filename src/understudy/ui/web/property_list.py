@@ -23,6 +23,7 @@ from understudy.judging.rollout import Progress
 from understudy.model.property import PROGRESS, Property, PropertyKind
 from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
 from understudy.sim.scenario.toml_writer import format_toml_value
+from understudy.ui.controller.beside import Beside
 from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_draft
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.background import BackgroundRun, LessonIdentity
@@ -75,10 +76,12 @@ class LibraryPropertiesData(Data, frozen=True, kw_only=True):
 class RunningTests(BackgroundRun[list[PropertyResult]]):
     """Properties that are tested one after the other."""
 
-    def __init__(self, subjects: Sequence[Property], library: LibrarySource, draft: Draft | None) -> None:
+    def __init__(
+        self, subjects: Sequence[Property], library: LibrarySource, draft: Draft | None, beside: Beside
+    ) -> None:
         self.testing: str | None = subjects[0].name if subjects else None
         self.results = list[PropertyResult]()
-        super().__init__(partial(self._test, subjects, library, draft))
+        super().__init__(partial(self._test, subjects, library, draft), beside)
 
     def _test(
         self, subjects: Sequence[Property], library: LibrarySource, draft: Draft | None, progress: Progress
@@ -93,7 +96,8 @@ class RunningTests(BackgroundRun[list[PropertyResult]]):
 class LibraryPropertyList:
     """The properties of the file in a library's folder, and the results of their tests."""
 
-    def __init__(self) -> None:
+    def __init__(self, beside: Beside) -> None:
+        self._beside = beside
         self.path = Path(FILE)
         self._problem = ""
         self.tables: dict[str, object] = {}
@@ -138,7 +142,7 @@ class LibraryPropertyList:
         if self._lesson.has_changed(trainer):
             self._outdated |= set(self._results)
         self._lesson.note_run(trainer)
-        self._running, self._taken = RunningTests(chosen, library, make_draft(trainer)), 0
+        self._running, self._taken = RunningTests(chosen, library, make_draft(trainer), self._beside), 0
         return len(chosen)
 
     def cancel(self) -> None:

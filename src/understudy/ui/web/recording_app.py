@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
-from starlette.requests import HTTPConnection, Request
-from starlette.responses import Response
+from starlette.requests import HTTPConnection
 from starlette.routing import BaseRoute
 
 from understudy.ui.controller.recording_review import RecordingReview
@@ -21,13 +20,11 @@ from understudy.ui.controller.status import describe_error
 from understudy.ui.web.access import (
     LOOPBACK,
     ListenAddress,
-    RequestRefused,
-    answer_json,
     find_connection_problem,
     make_guarded_route,
-    read_body,
 )
 from understudy.ui.web.app import STATIC, make_file_mount, make_page_route, serve_app
+from understudy.ui.web.file_requests import FileReply, FileRequest, RequestRefused, answer_json
 from understudy.ui.web.messages.drive import (
     AnyReviewRequest,
     DefineBehavior,
@@ -122,18 +119,18 @@ def make_review_routes(
     """
     lock = lock or Lock()
 
-    async def series(_: Request) -> Response:
+    async def series(_: FileRequest) -> FileReply:
         return await run_in_threadpool(list_series)
 
-    def list_series() -> Response:
+    def list_series() -> FileReply:
         with lock:
             return answer_json(describe_series(source.find_review(), source.list_places()))
 
-    async def show(request: Request) -> Response:
-        content = await read_body(request, MOST_BYTES, "the request is too long")
+    async def show(request: FileRequest) -> FileReply:
+        content = await request.read(MOST_BYTES, "the request is too long")
         return await run_in_threadpool(answer, content)
 
-    def answer(content: bytes) -> Response:
+    def answer(content: bytes) -> FileReply:
         """Do what a request asks for, if it has any content, and return the review as it stands then."""
         with lock:
             if content:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from enum import StrEnum
 
 import msgspec
 from msgspec import UNSET, UnsetType
-from starlette.websockets import WebSocket
 
 from understudy import __version__
 from understudy.addons.robots.team_network.team_watch import TeamWatch
@@ -20,15 +20,7 @@ from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.background import SlowAction, SlowActions
-from understudy.ui.web.clients import (
-    PER_SECOND,
-    Client,
-    Clients,
-    Wait,
-    close_socket,
-    exchange_messages,
-    repeat_each_frame,
-)
+from understudy.ui.web.clients import PER_SECOND, Client, Clients, Wait, repeat_each_frame
 from understudy.ui.web.failure_results import FailuresData
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
@@ -55,6 +47,13 @@ RETURN_S = 30.0
 LEFT_ROBOTS = "no page is in control in the studio"
 
 
+class Offer(StrEnum):
+    """What not every place can do beside letting a person teach."""
+
+    RUNS = "runs"
+    """Runs in other worlds beside the one on the page: tests, scores, failing worlds and properties."""
+
+
 class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     """The first message to a page that connects."""
 
@@ -64,6 +63,12 @@ class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     has_control: bool
     exports: list[ExportTargetData]
     """The targets that automata can be exported to."""
+    offers: list[Offer]
+    """What can be done here; the page leaves out the rest."""
+    storage_note: str
+    """Where the library is kept, if that is not in files; else empty."""
+    closed: str
+    """Why no page can take control; empty if one can."""
     scene: SceneData
     team: TeamData | UnsetType = UNSET
     """The running team that is watched, if there is one."""
@@ -126,6 +131,8 @@ class StudioServer:
     """The server of one session host and all connected pages.
 
     `wall` is the clock (s) for message rates and updates; `wait` lets other tasks run until the next frame is due.
+    `storage_note` says where the library is kept, if that is not in files; `closed` says why no page may take control,
+    if none may.
     """
 
     def __init__(
@@ -135,8 +142,11 @@ class StudioServer:
         wall: Callable[[], float] = REAL_TIME,
         wait: Wait = asyncio.sleep,
         watch: TeamWatch | None = None,
+        storage_note: str = "",
+        closed: str = "",
     ) -> None:
-        self.host, self.viewers, self._wall, self._wait = host, Clients(wall), wall, wait
+        self.host, self.viewers, self._wall, self._wait = host, Clients(wall, closed), wall, wait
+        self._storage_note = storage_note
         self._watch = watch
         self._team: TeamData | None = None if watch is None else describe_team(watch)
         self._team_due_s = 0.0
@@ -148,29 +158,11 @@ class StudioServer:
         self._directed: Client | None = None
         self._places = self._list_places()
         self._said, self._said_number = host.status, 0
-        self._slow = SlowActions()
+        self._slow = SlowActions(host.beside.at_once)
         self._left: tuple[str, float] | None = None  # key of the page whose leaving stopped the run, and when
         self._due_s = 0.0
 
     # Pages
-
-    async def serve(self, websocket: WebSocket) -> None:
-        """Exchange messages with a page until it disconnects."""
-        viewer = self.connect(websocket.query_params.get("key"))
-        hearing = self._hear_all(viewer, websocket)
-        try:
-            await exchange_messages(viewer, websocket, hearing, leave=lambda: self.disconnect(viewer))
-        finally:
-            await close_socket(websocket)
-
-    async def _hear_all(self, viewer: Client, websocket: WebSocket) -> None:
-        while not viewer.closing:
-            received = await websocket.receive()
-            if received["type"] == "websocket.disconnect":
-                return
-            text = received.get("text")
-            self.handle_text(viewer, text if text is not None else received.get("bytes") or b"")
-            await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
 
     def connect(self, key: str | None) -> Client:
         """Register a page that connects, queue the scene, session and frame for it, and return its client."""
@@ -187,6 +179,9 @@ class StudioServer:
             key=viewer.key,
             has_control=has_control,
             exports=describe_export_targets(),
+            offers=[] if self.host.beside.begin is None else [Offer.RUNS],
+            storage_note=self._storage_note,
+            closed=self.viewers.closed,
             scene=scene,
             team=UNSET if self._team is None else self._team,
         )

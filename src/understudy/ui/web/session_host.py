@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from understudy.training.other_agents import SessionSnapshot
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, interrupted_sessions
 from understudy.ui.controller.arming import RobotArming
+from understudy.ui.controller.beside import Beside, make_threads
 from understudy.ui.controller.clock import IdleWorld, check_speed
 from understudy.ui.controller.failing_worlds import LibrarySource
 from understudy.ui.controller.open_session import OpenSession
@@ -58,6 +58,7 @@ def _as_on_the_page(text: str) -> str:
 class SessionHost:
     """The world, the library and the trainer of one studio; without a `ground`, the world is that of the scenario.
 
+    `beside` does the work beside the world; None: threads do.
     `frame_version` grows whenever the frame changes, `scene_version` whenever the scene or the library changes.
     """
 
@@ -71,19 +72,22 @@ class SessionHost:
         wall: Callable[[], float] = REAL_TIME,
         ground: Ground | None = None,
         failures: Path | None = None,
+        beside: Beside | None = None,
     ) -> None:
+        self.beside = make_threads() if beside is None else beside
         self.wall, self._speed = wall, 1.0
         self.open_session: OpenSession | None = None
         self.frame_version = self.scene_version = 0
         self.places = Places(scenario, kit, folder)
-        self.properties = LibraryPropertyList()
+        self.properties = LibraryPropertyList(self.beside)
         self._place(ground or World(scenario, [seed]), folder, kit)
         self._status = StatusMessage(NOTHING)
         self._picture: SessionViewBuilder | None = None
         self.rewind_buffer, self.unsure = RewindBuffer(), UncertainMoments()
-        self.executor = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.evaluation: UnseenWorldsEvaluation | None = None
-        self.failures = FailingWorldList(failures if isinstance(self.world, World) else None, wall)
+        self.failures = FailingWorldList(
+            failures if isinstance(self.world, World) else None, wall, self.beside
+        )
         self.run = RunData(number=0, from_s=0.0)
         self.refresh_interrupted()
         if self.cut_off:
@@ -386,6 +390,7 @@ class SessionHost:
         self.seen_seeds |= trainer.seen_seeds
         trainer.seen_seeds = self.seen_seeds
         trainer.set_speed(self._speed)
+        trainer.score.run_beside(self.beside)
         trainer.suspend(False)
         trainer.status = StatusMessage(sentence)
         self._begin_rewind()
@@ -430,7 +435,7 @@ class SessionHost:
 
     def close(self) -> None:
         """Close the session; one with unsaved changes is offered for resuming at the next start."""
-        self.executor.shutdown(wait=False, cancel_futures=True)
+        self.beside.close()
         self.end_evaluation()
         self.failures.cancel()
         self.properties.cancel()

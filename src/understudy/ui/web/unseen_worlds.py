@@ -12,6 +12,7 @@ from understudy.judging.evaluation import Evaluation
 from understudy.judging.intervals import interval_of_share
 from understudy.judging.raised_range import describe_raised
 from understudy.judging.rollout import Progress
+from understudy.ui.controller.beside import Beside
 from understudy.ui.controller.keep_going import BetterVersion
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage
@@ -67,7 +68,7 @@ class EvaluationData(Data, frozen=True, kw_only=True):
 
 
 class UnseenWorldsEvaluation(BackgroundRun[EvaluationResultData]):
-    """An evaluation of the automaton in training in unseen worlds, run in a thread of its own."""
+    """An evaluation of the automaton in training in unseen worlds, beside the world on the page."""
 
     def __init__(
         self,
@@ -77,12 +78,13 @@ class UnseenWorldsEvaluation(BackgroundRun[EvaluationResultData]):
         *,
         worlds: int,
         evaluate: Callable[[Progress], Evaluation],
+        beside: Beside,
     ) -> None:
         self.behavior, self.edition, self.worlds = called, edition, worlds
         self.binding = binding
         """The targets with which it runs."""
         self._untold = True
-        super().__init__(lambda progress: describe_evaluation(evaluate(progress)))
+        super().__init__(lambda progress: describe_evaluation(evaluate(progress)), beside)
 
     @property
     def data(self) -> EvaluationData:

@@ -14,10 +14,10 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from functools import partial
-from threading import get_native_id
 from typing import NamedTuple
 
 from understudy.addons.robots.ros.transport import Publisher
@@ -138,7 +138,7 @@ def raise_thread_priority() -> None:
     """Raise this thread's scheduling priority on Linux, if permitted (root, CAP_SYS_NICE); else do nothing."""
     if sys.platform == "linux":  # elsewhere threads have no numbers that this takes
         with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, get_native_id(), PRIORITY)
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), PRIORITY)
 
 
 def measure_time_asleep() -> float:

@@ -1,13 +1,6 @@
-"""Serve the images of real robots' cameras to pages, and learn colors that a person clicks in them."""
+"""Learn colors that a person clicks in the images of real robots' cameras."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-
-from starlette.concurrency import run_in_threadpool
-from starlette.requests import HTTPConnection, Request
-from starlette.responses import PlainTextResponse, Response
-from starlette.routing import Route
 
 from understudy.addons.robots.camera.color import Color
 from understudy.addons.robots.camera.config import write_color
@@ -20,32 +13,6 @@ from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import PickColor
 from understudy.ui.web.session_host import SessionHost
 
-PATH = "/camera/{robot:int}.jpg"
-NUMBER = "X-Image"
-"""The header that says which image it is, so that clicks can say into which they were."""
-
-
-def make_camera_route(host: SessionHost, refusal: Callable[[HTTPConnection], str | None]) -> Route:
-    """Return the route of the latest camera images; `refusal` returns why a connection is refused, or None."""
-
-    async def serve(request: Request) -> Response:
-        problem = refusal(request)
-        if problem is not None:
-            return PlainTextResponse(problem, status_code=403)
-        try:
-            _, camera = _eye(host, request.path_params["robot"])
-        except (SessionError, SettingError) as error:
-            return PlainTextResponse(str(error), status_code=404)
-        image = await run_in_threadpool(camera.encode_annotated_image)
-        if image is None:
-            return Response(status_code=204)
-        number, jpeg = image
-        return Response(
-            jpeg, media_type="image/jpeg", headers={NUMBER: str(number), "Cache-Control": "no-store"}
-        )
-
-    return Route(PATH, serve)
-
 
 class ColorReply(Data, frozen=True, kw_only=True):
     """The color that was learned."""
@@ -55,7 +22,7 @@ class ColorReply(Data, frozen=True, kw_only=True):
 
 def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
     """Learn a color from clicks, detect it from now on, and write it into the robot's file."""
-    robot, camera = _eye(host, message.robot)
+    robot, camera = find_live_camera(host, message.robot)
     color = camera.learn_color(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
@@ -65,7 +32,7 @@ def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
     return ColorReply(color=color)
 
 
-def _eye(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
+def find_live_camera(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
     """Return a real robot and its camera; an error if there is none."""
     if not isinstance(host.world, DigitalTwin):
         raise SessionError("these robots are simulated: their cameras need no calibration")

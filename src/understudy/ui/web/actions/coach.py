@@ -89,7 +89,7 @@ class SituationReply(Data, frozen=True, kw_only=True):
 def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Return advice, what the check found, and the estimated reaction time; or `later` if this takes longer."""
     trainer = host.active_trainer
-    report = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
+    report = trainer.coach.compute_report(host.beside.in_turn, patience_s=PATIENCE_S)
     if report is None:
         return AdviceReply(later=True)
     return AdviceReply(

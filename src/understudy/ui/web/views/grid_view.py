@@ -71,6 +71,7 @@ class WorldGridReply(Data, frozen=True, kw_only=True):
 
 def run_world_grid(host: SessionHost, _: RunWorldGrid) -> SlowAction:
     """Run what is in training in a hundred new worlds; the world here waits, as nobody looks at it meanwhile."""
+    host.beside.check_runs()
     trainer = host.active_trainer
     run, results = trainer.world_grid.begin(), list[GridResult]()
     if not trainer.session.paused:

@@ -169,6 +169,7 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         evaluate=lambda progress: evaluate(
             library, name, scenario, seeds, binding=targets, goal=goal, progress=progress
         ),
+        beside=host.beside,
     )
     plural = "s" * (len(seeds) != 1)
     return StatusMessage(f"Testing {name} in {len(seeds)} unseen world{plural}")
