@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future, as_completed
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from itertools import pairwise
-from time import perf_counter, thread_time
 from typing import Any, Protocol
 
 from understudy.errors import SettingError, UnderstudyError
@@ -116,7 +116,7 @@ class _Trial:
         self, task: EvaluationTask, seeds: Sequence[int], jobs: int, clock: Callable[[], float] | None
     ) -> None:
         self._task, self._left, self._jobs = task, seeds, jobs
-        self._clock = clock or (thread_time if isinstance(task.world, Scenario) else perf_counter)
+        self._clock = clock or (time.thread_time if isinstance(task.world, Scenario) else time.perf_counter)
         self.parts: list[EvaluationJob] = []
         self.left_s = 0.0
         """How long the worlds that are left would take here, s; 0 until that is known."""

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 SCRIPT = """
-import asyncio, json, os, subprocess, sys, threading
+import asyncio, json, os, subprocess, sys, threading, time
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 
@@ -22,7 +22,7 @@ class Missing(MetaPathFinder):
         return None
 
 sys.meta_path.insert(0, Missing())
-del threading.get_native_id
+del threading.get_native_id, time.thread_time
 
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
