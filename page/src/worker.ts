@@ -8,13 +8,13 @@ const ROOT = "/kept";
 const PACKAGES = "/packages";
 const LOCK = "understudy-library";
 /** How long a page that was closed or loaded again may hold its lock, ms. */
-const LOCK_MS = 3000;
+const LOCK_MS = 6000;
 const KEPT =
   "This library is kept in this browser only. Export it as a zip to keep it for good, or to move it elsewhere.";
 const NOT_KEPT =
   "This browser keeps nothing for this page, as in a private window: export the library as a zip before you close it.";
 const CLOSED =
-  "the studio is open in another tab of this browser: this tab only reads; close the other, and load this page again";
+  "the studio is open in another tab of this browser: this tab only reads until the other is closed";
 const BEGIN = `
 import asyncio, sys
 sys.path.insert(0, packages)
@@ -107,7 +107,7 @@ async function load(address: string): Promise<ArrayBuffer> {
   return answer.arrayBuffer();
 }
 
-/** Hold the lock of the library until this worker ends; false if another tab has it. */
+/** Hold the lock of the library until this worker ends; false if another tab has it, until which this one only reads. */
 function holdLock(): Promise<boolean> {
   if (navigator.locks === undefined) return Promise.resolve(true); // as on an address without https
   return new Promise((resolve) => {
@@ -116,7 +116,10 @@ function holdLock(): Promise<boolean> {
       resolve(true);
       return new Promise(() => undefined);
     });
-    held.catch(() => resolve(false));
+    held.catch(() => {
+      resolve(false);
+      void navigator.locks.request(LOCK, () => scope.postMessage({ reload: true }));
+    });
   });
 }
 

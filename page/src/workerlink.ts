@@ -66,6 +66,8 @@ export class WorkerChannel implements Channel {
       this.files.delete(data.file);
     } else if ("stage" in data) this.onstage?.(data.stage);
     else if ("failed" in data) this.fail(data.failed);
+    else if ("reload" in data)
+      location.reload(); // the other tab is closed, and what it kept is to be read
     else {
       this.readyState = WebSocket.OPEN;
       this.onopen?.();

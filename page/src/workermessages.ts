@@ -27,4 +27,10 @@ export type ToWorker = Begin | FileRequest | string;
 
 /** Messages of the studio are text, and frames in binary; beside them, how far the start is, or why there is none. */
 export type FromWorker =
-  string | ArrayBuffer | FileReply | { stage: string } | { ready: true } | { failed: string };
+  | string
+  | ArrayBuffer
+  | FileReply
+  | { stage: string }
+  | { ready: true }
+  | { reload: true }
+  | { failed: string };

@@ -1,1 +1,0 @@
-import{O as e,W as t}from"./base-DdU4UNrI.js";import{s as n,t as r}from"./page-TKVWegjA.js";var i=new n,a=document.getElementById(`app`);a!==null&&t(e(r,{recording:i}),a),i.open();

@@ -1,0 +1,1 @@
+import{O as e,W as t}from"./base-_cVkKuDu.js";import{s as n,t as r}from"./page-CybypOeM.js";var i=new n,a=document.getElementById(`app`);a!==null&&t(e(r,{recording:i}),a),i.open();
