@@ -1,5 +1,6 @@
 """Tables of ticks are read back: what was written as CSV, JSON lines or Parquet gives the same episodes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ from tests.make.records import make_record
 from understudy.addons.bridges.datasets.lerobot import write_lerobot
 from understudy.addons.bridges.datasets.lerobot_reader import read_lerobot
 from understudy.addons.recordings.run_drives import choose_agent
-from understudy.errors import FileError, SettingError
+from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.judging.record_files import read_records
 from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.records.join_records import join_records
 from understudy.records.record import Record
 from understudy.records.record_losses import describe_losses
 from understudy.records.record_tables import make_tick_table
@@ -118,7 +120,60 @@ def test_a_drive_of_each_agent_is_read(tmp_path: Path) -> None:
         read_drive(tmp_path / "out.jsonl", robot=2)
 
 
+def test_the_length_of_a_tick_is_that_of_the_file(tmp_path: Path) -> None:
+    """Also for an episode of one tick, and where times jitter a little."""
+    text = "episode,agent,tick,time_s,states,reading.x,command.drive\n"
+    text += "".join(f"0,robot 0,{tick},{tick / 10 + 1e-5 * (tick % 2):.6f},,{tick},1\n" for tick in range(9))
+    (tmp_path / "out.csv").write_text(text + "1,robot 0,0,0.0,,1,0\n")
+    assert [each.tick_s for each in read_tick_records(tmp_path / "out.csv")] == [0.1, 0.1]
+
+
+def test_rows_with_too_few_cells_are_left_out_and_said(tmp_path: Path) -> None:
+    rows = "".join(f"0,robot 0,{tick},{tick / 10},,{tick},1\n" for tick in range(5))
+    cut = rows.replace("0,robot 0,2,0.2,,2,1", "0,robot 0")
+    titles = "episode,agent,tick,time_s,states,reading.x,command.drive"
+    (tmp_path / "out.csv").write_text(f"{titles}\n{cut}")
+    (record,) = read_tick_records(tmp_path / "out.csv")
+    assert record.ticks == 4
+    assert "at line 4: 1 of 5 rows have too few cells; left out" in record.omissions[0]
+
+
+def test_states_of_levels_have_their_own_columns(tmp_path: Path) -> None:
+    record = make_ticks([(1.0, 0), (1.0, 1), (1.0, 2)])
+    named = replace(record, states=(("a > b", "c"), ("a > b",), ()))
+    write_table(make_tick_table([named]), tmp_path / "out.csv")
+    assert read_tick_records(tmp_path / "out.csv")[0].states == named.states
+
+
+def test_units_that_differ_are_not_taken_for_one(tmp_path: Path) -> None:
+    """A data set is refused; a table says nothing of the unit, which is said when it is read."""
+    meters, centimeters = (
+        make_record(readings={"r": np.ones(3)}, kinds={}, units={"r": unit}, presses=())
+        for unit in ("m", "cm")
+    )
+    with pytest.raises(DefinitionError, match="r is in cm, and in m in the first episode"):
+        write_lerobot([meters, centimeters], tmp_path / "set")
+    write_table(make_tick_table([meters, centimeters]), tmp_path / "out.parquet")
+    first, _ = read_tick_records(tmp_path / "out.parquet")
+    assert first.find_unit(("r", None)) == ""
+    assert "does not say units" in first.omissions[0]
+
+
+def test_drives_of_one_name_are_left_out_one_by_one(tmp_path: Path) -> None:
+    """Examples are known by source and time: of two drives that begin at 0, each has a source of its own."""
+    joined = join_records([make_ticks([(1.0, 0), (2.0, 1)]), make_ticks([(3.0, 0), (4.0, 1)])])
+    assert [each.source for each in joined.episodes] == ["somewhere", "somewhere (2)"]
+
+
 BAD = [
+    (
+        "episode,agent,tick,time_s,states,reading.x\n0,robot 0,0,0.0,,1,7\n",
+        "at line 2: it has 7 cells, and the first line 6",
+    ),
+    (
+        "episode,agent,tick,time_s,states,reading.x,reading.x\n0,robot 0,0,0.0,,1,2\n",
+        "two columns are called",
+    ),
     ("episode,agent,tick,time_s,states\n", "it has no tick"),
     ("episode,agent,tick,time_s\n0,robot 0,0,0.0\n", "it has no column 'states'"),
     (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -40,7 +41,7 @@ def join_records(records: Sequence[Record]) -> Record:
         refuse_other_robot(first, other)
         _refuse_differences(first, other, "ticks", [f"{first.tick_s:g} s"], [f"{other.tick_s:g} s"])
     starts = np.cumsum([0, *(each.ticks for each in records)])
-    records = align_labels(records)
+    records = _tell_sources_apart(align_labels(records))
     first = records[0]
     return replace(
         first,
@@ -58,6 +59,7 @@ def join_records(records: Sequence[Record]) -> Record:
             replace(press, tick=press.tick + start)
             for record, start in zip(records, starts.tolist(), strict=False)
             for press in record.presses
+            if press.tick < record.ticks
         ),
         pose={
             name: np.concatenate([each.pose[name] for each in records])
@@ -65,6 +67,19 @@ def join_records(records: Sequence[Record]) -> Record:
             if all(name in each.pose for each in records)
         },
     )
+
+
+def _tell_sources_apart(records: Sequence[Record]) -> list[Record]:
+    """Return records whose sources have different names, by which, and their time, examples are known."""
+    counts: Counter[str] = Counter()
+    apart = []
+    for record in records:
+        names = {each.source for each in record.episodes}
+        counts.update(names)
+        numbered = {name: name if counts[name] == 1 else f"{name} ({counts[name]})" for name in names}
+        episodes = tuple(replace(each, source=numbered[each.source]) for each in record.episodes)
+        apart.append(replace(record, episodes=episodes))
+    return apart
 
 
 def align_labels(records: Sequence[Record]) -> list[Record]:

@@ -272,6 +272,9 @@ class LabelledReadings(NamedTuple):
 def describe_labels(labels: Sequence[str], kinds: Sequence[Kind], units: Sequence[str]) -> LabelledReadings:
     """Describe the readings of columns with these labels, such as "range(ball)", kinds and units."""
     keys = tuple(map(parse_reading_label, labels))
+    twice = [label for number, label in enumerate(labels) if label in labels[:number]]
+    if twice:
+        raise ValueError(f"two columns are called {twice[0]!r}")
     readings = {
         name: Reading(name, kind, unit, target is not None)
         for (name, target), kind, unit in zip(keys, kinds, units, strict=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 
+import numpy as np
+
 from understudy.errors import join_names
 from understudy.model.features import format_reading_label
 from understudy.model.value_kinds import Toroidal
@@ -19,16 +21,17 @@ class Fact(StrEnum):
     RUN = "the seed and the name of the automaton (export the table of episodes)"
     LAST_COMMAND = "the command of the last tick of an episode"
     POSE = "the place of the robot"
+    INFINITE = "infinite readings, which become absent"
     PRESS_KINDS = "the kinds of examples that presses recorded"
 
 
 LOSSES: Mapping[str, tuple[Fact, ...]] = {
     "csv": (Fact.KINDS, Fact.PRESSES, Fact.RUN),
-    "jsonl": (Fact.KINDS, Fact.PRESSES, Fact.RUN),
-    "parquet": (Fact.PRESSES, Fact.RUN),
+    "jsonl": (Fact.KINDS, Fact.PRESSES, Fact.RUN, Fact.INFINITE),
+    "parquet": (Fact.PRESSES, Fact.RUN, Fact.INFINITE),
     "lerobot": (),
     "minari": (Fact.LAST_COMMAND,),
-    "trace": (Fact.PRESSES,),
+    "trace": (Fact.PRESSES, Fact.INFINITE),
     "mcap": (Fact.POSE, Fact.PRESS_KINDS),
 }
 """The facts that each form cannot hold: tables of ticks by their ending, data sets, traces, and recordings of runs."""
@@ -47,6 +50,7 @@ def _has(fact: Fact, records: Sequence[Record]) -> bool:
             Fact.RUN: each.seed is not None or bool(each.behavior),
             Fact.LAST_COMMAND: bool(each.channels),
             Fact.POSE: bool(each.pose),
+            Fact.INFINITE: any(np.isinf(column).any() for column in each.values.values()),
             Fact.PRESS_KINDS: any(press.kind is not None for press in each.presses),
         }[fact]
         for each in records

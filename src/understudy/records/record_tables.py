@@ -125,15 +125,15 @@ def make_tick_table(records: Sequence[Record]) -> DataTable:
 
 
 def _list_kinds(episodes: Sequence[Record]) -> dict[str, ReadingInfo]:
-    """List the kind and unit of the columns of readings and commands."""
-    about = {}
+    """List the kind and unit of the columns of readings and commands, where all episodes that have them agree."""
+    described: dict[str, set[tuple[str, str]]] = {}
     for each in episodes:
         for key in each.values:
-            reading = ReadingInfo(str(each.find_kind(key)), each.find_unit(key))
-            about[READING + format_reading_label(key)] = reading
+            title = READING + format_reading_label(key)
+            described.setdefault(title, set()).add((str(each.find_kind(key)), each.find_unit(key)))
         for channel in each.channels:
-            about[COMMAND + channel.name] = ReadingInfo("continuous", channel.unit)
-    return about
+            described.setdefault(COMMAND + channel.name, set()).add(("continuous", channel.unit))
+    return {title: ReadingInfo(*next(iter(facts))) for title, facts in described.items() if len(facts) == 1}
 
 
 def make_press_table(records: Sequence[Record]) -> DataTable:

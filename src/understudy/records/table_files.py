@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from understudy.errors import FileError, SettingError
+from understudy.errors import FileError, SettingError, join_names
 from understudy.model.data_frames import Cell
 from understudy.model.features import parse_reading_label
 from understudy.model.value_kinds import Categorical, Column, Continuous, Kind, parse_kind
@@ -38,6 +38,10 @@ WRITING, REMEDY = "writing the table", "name a file in a folder that you may wri
 SUFFIXES = (CSV, LINES, PARQUET)
 COLUMNS = ("episode", "agent", "tick", "time_s", "states")
 """The columns that every table of ticks has."""
+LEVEL = "state_"
+"""The beginning of the titles of columns with the state of one level."""
+JITTER = 2e-4
+"""The share of a tick by which its usual length may differ from a plain number."""
 FORMAT = "understudy ticks"
 """The format that the metadata of Parquet names."""
 NO_TABLE = "name a table of ticks that `understudy export table` wrote"
@@ -127,6 +131,7 @@ class TickTable(NamedTuple):
 
     rows: list[dict[str, Any]]
     about: Mapping[str, ReadingInfo]
+    omissions: tuple[str, ...] = ()
 
 
 def is_tick_table(path: Path | str) -> bool:
@@ -151,15 +156,26 @@ def read_tick_records(path: Path | str) -> list[Record]:
     of_episodes: dict[tuple[Any, Any], list[dict[str, Any]]] = {}
     for row in table.rows:
         of_episodes.setdefault((row["episode"], row["agent"]), []).append(row)
-    readings = _find_readings(table, path)
     try:
+        readings, tick_s = _find_readings(table, path), _find_tick_s(of_episodes.values())
         return [
-            _make_record(path, str(agent), rows, readings, table.about)
+            _make_record(path, str(agent), rows, readings, table, tick_s)
             for (_, agent), rows in of_episodes.items()
         ]
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         problem = f"a row of it is not as tables of ticks have them ({type(error).__name__}: {error})"
         raise FileError(path=path, place="", problem=problem, remedy="restore it") from None
+
+
+def _find_tick_s(episodes: Iterable[Sequence[Mapping[str, Any]]]) -> float:
+    """Find the length of a tick, s: what most ticks of the file are apart; times that jitter a little are none more."""
+    times = [np.diff(_make_column(rows, "time_s", Continuous())) for rows in episodes]
+    steps = np.concatenate(times) if times else np.zeros(0)
+    if not len(steps):
+        return 1.0
+    usual = float(np.median(steps))
+    plain = float(f"{usual:.3g}")
+    return plain if abs(usual - plain) <= JITTER * usual else float(f"{usual:.6g}")
 
 
 def _read_rows(path: Path) -> TickTable:
@@ -169,12 +185,45 @@ def _read_rows(path: Path) -> TickTable:
             stored = msgspec.json.decode(metadata) if metadata else {}
             about = msgspec.convert(stored.get("columns", {}), dict[str, ReadingInfo])
             return _check(path, TickTable([dict(zip(titles, row, strict=True)) for row in cells], about))
-        if path.suffix.lower() == LINES:
-            rows = msgspec.json.Decoder(dict[str, Any]).decode_lines(path.read_bytes())
-            return _check(path, TickTable(rows, {}))
-        with path.open(encoding="utf-8", newline="") as file:
-            whole = [row for row in csv.DictReader(file) if None not in row.values()]
-            return _check(path, TickTable(whole, {}))
+        return _check(path, _read_lines(path) if path.suffix.lower() == LINES else _read_csv(path))
+
+
+def _read_lines(path: Path) -> TickTable:
+    """Read a table in JSON lines; a last line without an end, as of a copy that was cut, is left out."""
+    whole, _, rest = path.read_bytes().rpartition(b"\n")
+    try:
+        rows = msgspec.json.Decoder(dict[str, Any]).decode_lines(whole)
+    except msgspec.MsgspecError as error:
+        problem = f"a line of it cannot be read ({error})"
+        raise FileError(path=path, place="", problem=problem, remedy="restore it") from None
+    cut = (f"{path}: its last line has no end; left out",) if rest.strip() else ()
+    return TickTable(rows, {}, cut)
+
+
+def _read_csv(path: Path) -> TickTable:
+    """Read a table in CSV; rows with too few cells are left out, those with too many are refused."""
+    with path.open(encoding="utf-8", newline="") as file:
+        reader = csv.DictReader(file)
+        titles = reader.fieldnames or ()
+        rows: list[tuple[int, dict[str, Any]]] = []
+        short: list[tuple[int, dict[str, Any]]] = []
+        for row in reader:
+            if None in row:
+                problem = f"it has {len(titles) + len(row[None])} cells, and the first line {len(titles)}"
+                raise FileError(
+                    path=path, place=f"line {reader.line_num}", problem=problem, remedy="restore it"
+                )
+            (short if None in row.values() else rows).append((reader.line_num, row))
+    twice = [title for number, title in enumerate(titles) if title in titles[:number]]
+    if twice:
+        raise FileError(
+            path=path, place="line 1", problem=f"two columns are called {twice[0]!r}", remedy="rename one"
+        )
+    lines = join_names([str(line) for line, _ in short[:3]])
+    lost = (
+        f"{path} at line {lines}: {len(short)} of {len(short) + len(rows)} rows have too few cells; left out"
+    )
+    return TickTable([row for _, row in rows], {}, (lost,) if short else ())
 
 
 def _check(path: Path, table: TickTable) -> TickTable:
@@ -218,38 +267,43 @@ def _make_record(
     agent: str,
     rows: Sequence[Mapping[str, Any]],
     readings: Mapping[str, Reading],
-    about: Mapping[str, ReadingInfo],
+    table: TickTable,
+    tick_s: float,
 ) -> Record:
-    times = _make_column(rows, "time_s", Continuous())
-    steps = np.diff(times)
-    channels = [title for title in rows[0] if title.startswith(COMMAND)]
+    filled = [title for title in rows[0] if any(row.get(title) not in (None, "") for row in rows)]
+    channels = [title for title in filled if title.startswith(COMMAND)]
     commands = [_make_column(rows, title, Continuous()) for title in channels]
-    keys = {
-        parse_reading_label(title.removeprefix(READING)): title
-        for title in rows[0]
-        if title.startswith(READING)
-    }
+    titles = [title for title in rows[0] if title.startswith(READING)]
+    keys = {parse_reading_label(title.removeprefix(READING)): title for title in titles}
     unknown = (
         f"{path}: it does not say units and kinds of readings; numbers were taken as distances, not as angles"
     )
     return Record(
-        times=times,
+        times=_make_column(rows, "time_s", Continuous()),
         values={key: _make_column(rows, title, readings[key[0]].kind) for key, title in keys.items()},
         commands=np.column_stack(commands) if commands else np.zeros((len(rows), 0)),
         channels=tuple(
-            Channel(title.removeprefix(COMMAND), unit=about[title].unit if title in about else "")
+            Channel(title.removeprefix(COMMAND), unit=table.about[title].unit if title in table.about else "")
             for title in channels
         ),
         readings=tuple(readings.values()),
         targets=tuple(dict.fromkeys(target for _, target in keys if target is not None)),
-        tick_s=float(f"{np.median(steps):.6g}") if len(steps) else 1.0,
+        tick_s=tick_s,
         episodes=(Episode(path.name, 0, len(rows)),),
-        omissions=() if about or not keys else (unknown,),
-        states=tuple(tuple(str(row["states"] or "").split(BETWEEN)) if row["states"] else () for row in rows),
-        pose={name: _make_column(rows, name, Continuous()) for name in POSE if name in rows[0]},
+        omissions=(*table.omissions, *(() if all(title in table.about for title in titles) else (unknown,))),
+        states=tuple(map(_read_states, rows)),
+        pose={name: _make_column(rows, name, Continuous()) for name in POSE if name in filled},
         agent=agent,
         source=str(path),
     )
+
+
+def _read_states(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Read the states of all levels: each from its own column, where there are such columns."""
+    levels = [row[title] for title in row if title.startswith(LEVEL)]
+    if levels:
+        return tuple(str(each) for each in levels if each not in (None, ""))
+    return tuple(str(row["states"]).split(BETWEEN)) if row["states"] else ()
 
 
 def _make_column(rows: Sequence[Mapping[str, Any]], title: str, kind: Kind) -> Column:

@@ -12,7 +12,8 @@ import msgspec
 import numpy as np
 
 from understudy.errors import FileError
-from understudy.model.value_kinds import Column, parse_kind
+from understudy.model.features import format_reading_label
+from understudy.model.value_kinds import Categorical, Column, parse_kind
 from understudy.records.header import ReadingInfo, RunInfo
 from understudy.records.record import BETWEEN, COMMAND, POSE, READING, Episode, Record, describe_labels
 from understudy.records.trace_writer import COORDINATOR, VERSION
@@ -126,9 +127,14 @@ def _make_record(path: Path, header: TraceHeader, agent: str, rows: Sequence[Map
     kinds = [parse_kind(each.kind, where=label) for label, each in described.items()]
     keys, sensed, targets = describe_labels([*described], kinds, [each.unit for each in described.values()])
     commands = [_make_column(rows, COMMAND + channel) for channel in channels]
+    values = {key: _make_column(rows, READING + label) for label, key in zip(described, keys, strict=True)}
+    for (key, column), kind in zip(values.items(), kinds, strict=True):
+        numbers = column[np.isfinite(column)]
+        if isinstance(kind, Categorical) and not np.isin(numbers, np.arange(len(kind.labels))).all():
+            raise ValueError(f"{format_reading_label(key)} has a number that is none of its labels")
     return Record(
         times=_make_column(rows, "time_s"),
-        values={key: _make_column(rows, READING + label) for label, key in zip(described, keys, strict=True)},
+        values=values,
         commands=np.column_stack(commands) if commands else np.zeros((len(rows), 0)),
         channels=tuple(Channel(name, unit=unit) for name, unit in channels.items()),
         readings=sensed,

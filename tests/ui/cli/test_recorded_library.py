@@ -57,3 +57,19 @@ def test_a_world_that_does_not_fit_is_refused_with_what_does(driven: Path, comma
     said = run(command, "--library", driven / "lib", exit_code=2)
     assert "was learned from a recording" in said
     assert "understudy replay FILE" in said
+
+
+def test_two_tables_with_other_labels_are_learned_together(tmp_path: Path) -> None:
+    """The first has no blue, the second no green; the rule is about all labels."""
+    colors = {"a.csv": ("red", "green"), "b.csv": ("red", "blue")}
+    for name, (ahead, back) in colors.items():
+        rows = [
+            f"{tick / 10},{ahead if tick % 20 < 10 else back},{0.8 if tick % 20 < 10 else -0.5}"
+            for tick in range(200)
+        ]
+        (tmp_path / name).write_text("\n".join(["time_s,color,command.drive", *rows]))
+    said = run(
+        "learn", "drive", tmp_path / "a.csv", tmp_path / "b.csv", *DEFINED[:4], "--features", "color",
+        "--library", tmp_path / "lib", "--name", "colored",
+    )  # fmt: skip
+    assert "back when color is not red" in said

@@ -223,6 +223,10 @@ def _check_same_columns(number: int, episode: Record, first: Record) -> None:
         if its_kind != kind:
             problem = f"{format_reading_label(key)} is {its_kind}, and {kind} in the first episode"
             raise refuse_episode(number, episode, problem, "write a data set for each")
+        its_unit, unit = (each.find_unit(key) or "no unit" for each in (episode, first))
+        if its_unit != unit:
+            problem = f"{format_reading_label(key)} is in {its_unit}, and in {unit} in the first episode"
+            raise refuse_episode(number, episode, problem, "write a data set for each")
     if not isclose(episode.tick_s, first.tick_s, rel_tol=1e-9):
         problem = f"its ticks take {episode.tick_s} s, and those of the first episode {first.tick_s} s"
         raise refuse_episode(number, episode, problem, "write a data set for each")

@@ -70,7 +70,7 @@ def read_lerobot(folder: Path | str) -> list[Record]:
             )
             for number, each in sorted(frames.items())
         ]
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError) as error:
         problem = f"a frame is not as {INFO} says ({type(error).__name__}: {error})"
         raise FileError(path=folder, place="data", problem=problem, remedy="restore it") from None
 
@@ -122,7 +122,8 @@ def _make_record(
     times = [frame[TIME] if TIME in frame else frame["timestamp"] for frame in frames]
     place = features[POSE]["names"] if POSE in features else ()
     poses = _stack(frames, POSE) if place else np.zeros((len(frames), 0))
-    if "state_0" in features and commands == features["state_0"]["info"]["labels"]:
+    are_states = features[ACTION].get("info") is None and "state_0" in features
+    if are_states and commands == features["state_0"]["info"]["labels"]:
         commands, actions = [], np.zeros((len(frames), 0))  # a run without commands, whose actions are states
     channel_units = (features[ACTION].get("info") or {}).get("units", [""] * len(commands))
     unknown = f"{folder}: it does not say units and kinds of readings; numbers were taken as distances, not as angles"
@@ -150,7 +151,9 @@ def _list_names(feature: Mapping[str, Any], name: str) -> list[str]:
     """List the names of the columns of a feature; those that have none are numbered."""
     names = feature.get("names")
     if isinstance(names, Mapping):  # as some data sets of others have them, in groups
-        names = [each for group in names.values() for each in group]
+        columns = [(group, each) for group, members in names.items() for each in members]
+        members = [each for _, each in columns]
+        names = [each if members.count(each) == 1 else f"{group}.{each}" for group, each in columns]
     count = feature["shape"][0]
     return (
         list(names)

@@ -60,7 +60,7 @@ def read_minari(folder: Path | str) -> list[Record]:
         with h5py.File(folder / DATA, "r") as file:
             names = sorted(file, key=lambda each: int(each.rpartition("_")[2]))
             records = [_make_record(folder, about, file[name]) for name in names]
-    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+    except (OSError, LookupError, TypeError, ValueError, AttributeError) as error:
         problem = f"it cannot be read ({type(error).__name__}: {error})"
         raise FileError(path=folder, place=DATA, problem=problem, remedy=REMEDY) from None
     if not records:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
 from rich.markup import escape
 
 from understudy.addons.export.body_interface import (
@@ -122,6 +123,9 @@ def export_behavior(options: ExportOptions) -> None:
         known, name, body = open_library_for_robot(
             options.library, name, options.robot, options.world, options.kit
         )
+    runs = [record for path in options.run or () for record in read_run(path)]
+    for sentence in dict.fromkeys(each for record in runs for each in record.omissions):
+        typer.echo(f"Note: {sentence}.", err=True)
     found = export_automaton(
         known,
         name,
@@ -130,7 +134,7 @@ def export_behavior(options: ExportOptions) -> None:
         binding=parse_bindings(options.bind),
         body=body,
         single_precision=options.float32,
-        runs=[record for path in options.run or () for record in read_run(path) if record.values],
+        runs=runs,
     )
     if options.as_json:
         print_json(_describe(name, found))

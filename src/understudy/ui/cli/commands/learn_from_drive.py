@@ -155,7 +155,10 @@ def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
         opened = [_open(path, asked, mapping) for path in paths]
     if len(opened) == 1:
         return opened[0]
-    return opened[0]._replace(drive=join_records([each.drive for each in opened]))
+    joined, library = join_records([each.drive for each in opened]), opened[0].library
+    if not opened[0].is_defined:  # what the recordings alone define has the labels of all
+        library = replace(library, kit=make_drive_kit(joined, {} if mapping is None else mapping.behaviors))
+    return OpenedDrives(joined, library, opened[0].is_defined)
 
 
 def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions) -> SegmentedDrive:
@@ -185,12 +188,8 @@ def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> Open
         drive, kit = _open_trace(path, asked)
     elif mapping is None and path.suffix.lower() == ".mcap" and has_own_header(path):
         drive, kit = _open_recording(path, asked)
-    elif mapping is None and _is_ours(path):
-        drive = choose_agent(read_run(path), path, asked.agent)
-        is_defined = asked.kit is not None
-        kit = find_kit(asked.kit, None) if is_defined else make_drive_kit(drive, {})
     else:
-        drive = read_recorded_drive(path, mapping)
+        drive = read_drive(path, mapping, asked.agent)
         behaviors = {} if mapping is None else mapping.behaviors
         world = None if mapping is None else mapping.world
         is_defined = asked.kit is not None or world is not None
@@ -200,11 +199,22 @@ def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> Open
     return OpenedDrives(drive, Library(kit), is_defined)
 
 
+def read_drive(path: Path, mapping: RecordingMap | None, agent: int = 0) -> Record:
+    """Read a drive: with a mapping file, or of an agent of whatever Understudy has written."""
+    if mapping is None and _is_ours(path):
+        return choose_agent(read_run(path), path, agent)
+    return read_recorded_drive(path, mapping)
+
+
 def _is_ours(path: Path) -> bool:
-    """Return whether a path is a data set, a table of ticks or a journal, whose columns are known without a mapping."""
+    """Return whether a path is a data set, trace, table of ticks or journal, which needs no mapping file."""
     if path.is_dir():
         return is_lerobot(path) or is_minari(path)
-    return is_tick_table(path) or (path.is_file() and path.stat().st_size > 0 and is_journal(path))
+    return (
+        is_tick_table(path)
+        or is_trace(path)
+        or (path.is_file() and path.stat().st_size > 0 and is_journal(path))
+    )
 
 
 def _open_trace(path: Path, asked: DriveOptions) -> tuple[Record, Kit]:

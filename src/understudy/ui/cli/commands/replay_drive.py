@@ -10,7 +10,6 @@ import numpy as np
 from rich.markup import escape
 
 from understudy.addons.recordings.drive_kit import make_candidates
-from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.mapping_file import load_recording_map, name_mapping_file
 from understudy.addons.recordings.rerun_drive import OTHER, Agreement, count_repeated, run_over_drive
 from understudy.addons.recordings.segment import segment
@@ -18,7 +17,7 @@ from understudy.errors import SettingError
 from understudy.model.automaton import Automaton, State
 from understudy.model.library import Library
 from understudy.storage.json_text import select_facts
-from understudy.ui.cli.commands.learn_from_drive import say_omissions
+from understudy.ui.cli.commands.learn_from_drive import read_drive, say_omissions
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import choose_behavior, find_kit, open_behavior_library
 from understudy.ui.cli.options import LIBRARY, parse_bindings
@@ -52,7 +51,7 @@ def replay_drive(options: ReplayOptions) -> None:
     mapping = None if options.mapping is None else load_recording_map(options.mapping)
     folder = options.library or LIBRARY
     with name_mapping_file(options.mapping):
-        drive = read_recorded_drive(options.recording, mapping)
+        drive = read_drive(options.recording, mapping)
     with say_omissions(drive):
         library = open_behavior_library(
             None, folder, find_kit(options.kit, None if mapping is None else mapping.world)
