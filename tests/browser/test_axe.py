@@ -152,6 +152,7 @@ def test_driving_is_in_nobodys_way(chromium: Browser, tmp_path: Path, axe: str) 
         expect(page.locator(".strip .span")).not_to_have_count(0)
         wrong["driving"] = findings(page, axe)
         page.keyboard.press("Space")
+        expect(page.get_by_role("button", name="Drive", exact=True)).to_be_visible()  # it is paused
         page.get_by_role("button", name="Learn from these labels").click()
         expect(page.get_by_text("of all ticks")).to_be_visible()
         wrong["learned"] = findings(page, axe)

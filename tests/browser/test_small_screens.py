@@ -122,7 +122,7 @@ def test_the_tour_tells_of_no_keys(touch_page: Page) -> None:
     expect(begin).to_be_in_viewport(ratio=0.9)  # at the end of a long form, without scrolling
     begin.tap()
     tour = page.get_by_role("region", name="Tour")
-    expect(tour).to_contain_text("2 of 5")
+    expect(tour).to_contain_text("2 of 6")
     expect(tour).to_be_in_viewport()
     assert page.evaluate(LOOK) == FINE
     expect(tour).not_to_contain_text(re.compile("[↑←→␣]|Space"))

@@ -18,6 +18,7 @@ from understudy.addons.recordings.run_drives import write_trace_drive
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.records.header import RunInfo
+from understudy.records.record import find_places
 from understudy.runtime.body import close_body
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.catalog import is_function, locate_scenario
@@ -42,7 +43,7 @@ from understudy.ui.web.views.library import check_folder
 
 if TYPE_CHECKING:
     from understudy.model.library import Kit
-    from understudy.records.record import Record, find_places
+    from understudy.records.record import Record
     from understudy.ui.cli.studio_options import ReviewOptions
 
 
