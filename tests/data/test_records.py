@@ -118,6 +118,7 @@ def test_an_interrupted_trace_is_read(tmp_path: Path) -> None:
     trace_patrol(path, 3)
     path.write_bytes(path.read_bytes()[:-20])
     assert [each.ticks for each in read_records(path)] == [3, 3, 3, 3, 2]
+    assert "its last line has no end" in read_records(path)[0].omissions[0]
 
 
 PLAYED = ("forward", 3, "left", 2, "confirm", 2, "right", 1)

@@ -1,5 +1,6 @@
 """Tables of ticks are read back: what was written as CSV, JSON lines or Parquet gives the same episodes."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from tests.make.records import make_record
 
 from understudy.addons.bridges.datasets.lerobot import write_lerobot
 from understudy.addons.bridges.datasets.lerobot_reader import read_lerobot
+from understudy.addons.bridges.datasets.minari import write_minari
 from understudy.addons.recordings.run_drives import choose_agent
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.judging.record_files import read_records
@@ -20,6 +22,7 @@ from understudy.records.record import Record
 from understudy.records.record_losses import describe_losses
 from understudy.records.record_tables import make_tick_table
 from understudy.records.table_files import is_tick_table, read_tick_records, write_table
+from understudy.ui.cli.recorded_runs import read_run
 
 KINDS: dict[str, Kind] = {
     "range(ball)": Continuous(),
@@ -157,6 +160,23 @@ def test_units_that_differ_are_not_taken_for_one(tmp_path: Path) -> None:
     first, _ = read_tick_records(tmp_path / "out.parquet")
     assert first.find_unit(("r", None)) == ""
     assert "does not say units" in first.omissions[0]
+
+
+@pytest.mark.parametrize("write", [write_lerobot, write_minari, None])
+def test_kinds_that_are_unknown_stay_unknown(
+    write: Callable[[Sequence[Record], Path], None] | None, tmp_path: Path
+) -> None:
+    """From CSV, which does not say them, to another form, which could."""
+    write_table(make_tick_table([make_ticks([(1.0, 0), (2.0, 1), (3.0, 2)])]), tmp_path / "out.csv")
+    unknown = read_tick_records(tmp_path / "out.csv")
+    path = tmp_path / ("again.parquet" if write is None else "set-v0")
+    if write is None:
+        write_table(make_tick_table(unknown), path)
+    else:
+        write(unknown, path)
+    (again,) = read_run(path)
+    assert not again.kinds_known
+    assert any("does not say units and kinds" in each for each in again.omissions)
 
 
 def test_drives_of_one_name_are_left_out_one_by_one(tmp_path: Path) -> None:

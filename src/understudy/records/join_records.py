@@ -54,6 +54,7 @@ def join_records(records: Sequence[Record]) -> Record:
             for episode in record.episodes
         ),
         omissions=tuple(each for record in records for each in record.omissions),
+        kinds_known=all(each.kinds_known for each in records),
         states=sum((each.states for each in records), ()) if all(each.states for each in records) else (),
         presses=tuple(
             replace(press, tick=press.tick + start)

@@ -139,6 +139,9 @@ class Record:
         Seed of the simulated world; None if unknown.
     behavior
         Name of the automaton that ran or was taught; empty if unknown.
+    kinds_known
+        Whether the kinds and units of readings are those of the robot. False: the file does not say them, numbers were
+        taken as distances, and what is written of the record does not say them either.
     """
 
     times: Column
@@ -157,6 +160,7 @@ class Record:
     source: str = ""
     seed: int | None = None
     behavior: str = ""
+    kinds_known: bool = True
 
     @property
     def ticks(self) -> int:

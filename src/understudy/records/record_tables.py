@@ -13,6 +13,9 @@ from understudy.model.value_kinds import Categorical, Column
 from understudy.records.header import ReadingInfo
 from understudy.records.record import BETWEEN, COMMAND, POSE, READING, Record, split_episodes
 
+UNKNOWN = ("", "")
+"""The kind and unit of a reading of which the file says neither."""
+
 
 @dataclass(frozen=True)
 class DataTable:
@@ -130,10 +133,15 @@ def _list_kinds(episodes: Sequence[Record]) -> dict[str, ReadingInfo]:
     for each in episodes:
         for key in each.values:
             title = READING + format_reading_label(key)
-            described.setdefault(title, set()).add((str(each.find_kind(key)), each.find_unit(key)))
+            info = (str(each.find_kind(key)), each.find_unit(key)) if each.kinds_known else UNKNOWN
+            described.setdefault(title, set()).add(info)
         for channel in each.channels:
             described.setdefault(COMMAND + channel.name, set()).add(("continuous", channel.unit))
-    return {title: ReadingInfo(*next(iter(facts))) for title, facts in described.items() if len(facts) == 1}
+    return {
+        title: ReadingInfo(*next(iter(facts)))
+        for title, facts in described.items()
+        if len(facts) == 1 and UNKNOWN not in facts
+    }
 
 
 def make_press_table(records: Sequence[Record]) -> DataTable:

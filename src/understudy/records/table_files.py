@@ -278,6 +278,7 @@ def _make_record(
     unknown = (
         f"{path}: it does not say units and kinds of readings; numbers were taken as distances, not as angles"
     )
+    is_known = all(title in table.about for title in titles)
     return Record(
         times=_make_column(rows, "time_s", Continuous()),
         values={key: _make_column(rows, title, readings[key[0]].kind) for key, title in keys.items()},
@@ -290,11 +291,12 @@ def _make_record(
         targets=tuple(dict.fromkeys(target for _, target in keys if target is not None)),
         tick_s=tick_s,
         episodes=(Episode(path.name, 0, len(rows)),),
-        omissions=(*table.omissions, *(() if all(title in table.about for title in titles) else (unknown,))),
+        omissions=(*table.omissions, *(() if is_known else (unknown,))),
         states=tuple(map(_read_states, rows)),
         pose={name: _make_column(rows, name, Continuous()) for name in POSE if name in filled},
         agent=agent,
         source=str(path),
+        kinds_known=is_known,
     )
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import nan
 from operator import itemgetter
 from pathlib import Path
@@ -52,12 +54,17 @@ def read_trace_records(path: Path | str, *, robot: int | None = None) -> tuple[T
     path = Path(path)
     with convert_os_errors(path, "reading the trace", remedy=REMEDY):
         header, rows = _read_parquet(path) if path.suffix.lower() == PARQUET else _read_lines(path)
+        cut = path.suffix.lower() != PARQUET and _ends_within_line(path)
     of_agents: dict[str, list[Mapping[str, Any]]] = {}
     try:
         for row in rows:
             if robot is None or row["robot"] == robot:
                 of_agents.setdefault(row.get(COORDINATOR) or f"robot {row['robot']}", []).append(row)
-        return header, [_make_record(path, header, agent, rows) for agent, rows in of_agents.items()]
+        records = [_make_record(path, header, agent, rows) for agent, rows in of_agents.items()]
+        omissions = (
+            (f"{path}: its last line has no end, as of a run that was killed; left out",) if cut else ()
+        )
+        return header, [replace(each, omissions=omissions) for each in records]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         problem = f"a line of it is not as traces have them ({type(error).__name__}: {error})"
         raise refuse_trace(path, problem, "restore it") from None
@@ -91,6 +98,12 @@ def _read_lines(path: Path) -> tuple[TraceHeader, list[dict[str, Any]]]:
                 return header, [decode(line) for line in whole if line.strip()]
         except msgspec.MsgspecError as error:
             raise refuse_trace(path, f"a line of it cannot be read ({error})", "restore it") from None
+
+
+def _ends_within_line(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(-1, os.SEEK_END)
+        return file.read() != b"\n"
 
 
 def _read_parquet(path: Path) -> tuple[TraceHeader, list[dict[str, Any]]]:

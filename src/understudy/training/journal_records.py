@@ -127,6 +127,7 @@ def _make_record(
         source=str(path),
         seed=seed if isinstance(seed, int) else None,
         behavior=_read_name(began.lesson),
+        kinds_known=len(began.kinds) == len(keys),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from understudy.errors import DefinitionError, join_names
 from understudy.model.features import format_reading_label
 from understudy.model.lesson import ExampleKind
-from understudy.model.value_kinds import Column, Continuous, Kind, parse_kind
+from understudy.model.value_kinds import Categorical, Column, Continuous, Kind, parse_kind
 from understudy.records.record import BETWEEN, Record, RecordedPress, split_episodes
 
 if TYPE_CHECKING:
@@ -55,6 +55,11 @@ class Demonstrations:
     pose: tuple[str, ...]
     levels: tuple[tuple[str, ...], ...]
     subtasks: tuple[str, ...]
+
+    def list_kind_texts(self) -> list[str | None]:
+        """List the kind of each reading as text; None for a number of which no file said what it is."""
+        are_known = all(each.kinds_known for each in self.episodes)
+        return [str(kind) if are_known or isinstance(kind, Categorical) else None for kind in self.kinds]
 
     @property
     def tick_s(self) -> float:

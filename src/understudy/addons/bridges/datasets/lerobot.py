@@ -203,8 +203,8 @@ def _write_info(output: Path, data: Demonstrations, tasks: int, subtasks: Subtas
 def _describe_features(data: Demonstrations, subtasks: Subtasks) -> dict[str, Any]:
     """Describe the columns; `info` is LeRobot's place for what only the writer of a column knows."""
     first = data.episodes[0]
-    about = {
-        "kinds": [str(kind) for kind in data.kinds],
+    about: dict[str, Any] = {
+        "kinds": data.list_kind_texts(),
         "units": [first.find_unit(key) for key in first.values],
     }
     features: dict[str, Any] = {STATE: _describe("float64", data.readings, about)}

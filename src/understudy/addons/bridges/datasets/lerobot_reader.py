@@ -126,6 +126,7 @@ def _make_record(
     if are_states and commands == features["state_0"]["info"]["labels"]:
         commands, actions = [], np.zeros((len(frames), 0))  # a run without commands, whose actions are states
     channel_units = (features[ACTION].get("info") or {}).get("units", [""] * len(commands))
+    are_known = None not in (info.get("kinds") or [None])
     unknown = f"{folder}: it does not say units and kinds of readings; numbers were taken as distances, not as angles"
     return Record(
         times=np.array(times, np.float64),
@@ -136,7 +137,7 @@ def _make_record(
         targets=targets,
         tick_s=tick_s,
         episodes=(Episode(folder.name, 0, len(frames)),),
-        omissions=() if info.get("kinds") else (unknown,),
+        omissions=() if are_known else (unknown,),
         states=tuple(_list_states(features, frame) for frame in frames),
         presses=parse_presses(about.get("presses") or ()),
         pose={name: poses[:, column] for column, name in enumerate(place)},
@@ -144,6 +145,7 @@ def _make_record(
         source=str(folder),
         seed=about.get("seed"),
         behavior=about.get("behavior") or "",
+        kinds_known=are_known,
     )
 
 

@@ -149,7 +149,7 @@ def _describe(data: Demonstrations, dataset_id: str, size: int) -> dict[str, Any
         "dataset_size": round(size / 1e6, 1),
         "tick_s": data.tick_s,
         "readings": list(data.readings),
-        "kinds": [str(kind) for kind in data.kinds],
+        "kinds": data.list_kind_texts(),
         "units": [data.episodes[0].find_unit(key) for key in data.episodes[0].values],
         "channels": list(data.channels),
         "channel_units": [each.unit for each in data.episodes[0].channels],

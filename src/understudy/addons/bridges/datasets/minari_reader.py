@@ -80,10 +80,10 @@ def _make_record(folder: Path, about: Mapping[str, Any], group: Any) -> Record:
     channel_units = about.get("channel_units") or [""] * len(channels)
     commands = np.full((count, len(channels)), np.nan)
     commands[: len(actions)] = actions[:, : len(channels)]
-    tick_s = about.get("tick_s")
+    tick_s, are_known = about.get("tick_s"), None not in (kinds or [None])
     infos = group.get("infos", {})
     unknown = [
-        *(["units and kinds of readings; numbers were taken as distances, not as angles"] * (not kinds)),
+        *(["units and kinds of readings; numbers were taken as distances, not as angles"] * (not are_known)),
         *(["how long a tick is; it was taken as 1 s"] * (tick_s is None)),
     ]
     place = about.get("pose") or ()
@@ -104,6 +104,7 @@ def _make_record(folder: Path, about: Mapping[str, Any], group: Any) -> Record:
         source=str(folder),
         seed=int(group.attrs["seed"]) if "seed" in group.attrs else None,
         behavior=str(group.attrs.get("behavior", "")),
+        kinds_known=are_known,
     )
 
 
