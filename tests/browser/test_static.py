@@ -11,7 +11,7 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.window import open_page
 
-PRESSES = ("ArrowUp", "ArrowLeft", "ArrowRight")
+PRESSES = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
 
 
 @pytest.fixture
@@ -22,11 +22,13 @@ def place() -> str:
 
 @pytest.fixture
 def teacher(visit: Callable[[], Page]) -> Teacher:
-    """Somebody who has pressed a few times."""
+    """Somebody who has pressed a few times, each of which is acknowledged, and so kept: it is shown a moment before."""
     made = Teacher(visit())
     made.begin_goto()
-    for key in PRESSES:
+    for state, key in PRESSES.items():
         made.press(key)
+        expect(made.state_button(state)).to_have_attribute("aria-pressed", "true")
+        expect(made.page.locator(".state.waiting")).to_have_count(0)
     return made
 
 
@@ -40,7 +42,6 @@ def open_again(context: BrowserContext, studio: Studio) -> Page:
 def test_presses_outlive_the_page(teacher: Teacher, studio: Studio) -> None:
     """The page is closed without a warning, as by a crash, right after the last press is acknowledged."""
     context, shown = teacher.page.context, teacher.examples
-    expect(teacher.state_button("rotate_right")).to_have_attribute("aria-pressed", "true")
     teacher.page.close(run_before_unload=False)
     again = Teacher(open_again(context, studio))
     expect(again.page.get_by_role("banner")).to_contain_text("goto (A)")
