@@ -2,7 +2,7 @@
 
 /** Bytes of a chunk. */
 export const CHUNK = 32 * 1024;
-/** Files that only ever grow at their end, or are made anew. */
+/** Files to which bytes are only appended, or which are written again as a whole. */
 const GROWING = /\.journal$/;
 
 export interface FileChunk {

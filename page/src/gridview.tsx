@@ -23,7 +23,7 @@ export function ShowGrid() {
     <ControlButton
       class="small show-grid"
       disabled={worldGrid.running}
-      title="It runs in a hundred worlds that nobody showed it, all at once"
+      title="It runs in a hundred worlds in which it was not taught, at once"
       onClick={() => void worldGrid.run()}
     >
       {worldGrid.running ? "Running …" : "Show 100 worlds"}
@@ -87,7 +87,7 @@ function OpenGrid({ grid, studio }: { grid: WorldGrid; studio: Studio }) {
           {over && " "}
           <span class="soft">
             {shown === 0
-              ? "that nobody showed it"
+              ? "in which it was not taught"
               : `of which ${shown} ${shown === 1 ? "was" : "were"} shown here`}
             {over && grid.works < grid.worlds.length && ". Click a red one to see where it goes wrong"}
           </span>

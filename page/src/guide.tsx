@@ -108,7 +108,7 @@ function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): Tour
   }
   if (tour.step === 5)
     return {
-      text: "Now let it run in a hundred worlds that nobody showed it, all at once.",
+      text: "Now let it run in a hundred worlds in which it was not taught, all at once.",
       at: ".show-grid",
     };
   if (studio.status?.paused === true)

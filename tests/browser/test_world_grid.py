@@ -19,7 +19,7 @@ def test_a_red_world_leads_to_its_mistake(
     person.direct("forward")
     page.get_by_role("button", name="Show 100 worlds").click()
     worlds = page.get_by_role("region", name="A hundred worlds")
-    expect(worlds).to_contain_text("works in 0 of 100 worlds that nobody showed it", timeout=30_000)
+    expect(worlds).to_contain_text("works in 0 of 100 worlds in which it was not taught", timeout=30_000)
     red = worlds.get_by_role("button", name="where it goes wrong")
     expect(red).to_have_count(100)
     snap(page, "a hundred worlds")
